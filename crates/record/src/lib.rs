@@ -1,0 +1,1 @@
+//! agglo's recorder: solver states to MCAP messages.

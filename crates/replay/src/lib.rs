@@ -1,0 +1,1 @@
+//! agglo's log: typed reading, particle sources and analysis of MCAP logs.
