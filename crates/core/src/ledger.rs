@@ -1,5 +1,11 @@
 //! The energy ledger: what must balance, and the residual that nothing explains.
 
+use crate::clusters;
+use crate::math::Sum;
+use crate::observer::Sample;
+use crate::simulation::Simulation;
+use nalgebra::Vector3;
+
 /// Energies at one instant [J]. Effects that the scene does not have stay zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Ledger {
@@ -49,4 +55,74 @@ pub struct Momentum {
     pub angular: [f64; 3],
     /// |P - P_0 - outside impulse| over the sum of m |v| [-].
     pub residual: f64,
+}
+
+impl Simulation {
+    /// Energies, momentum and clusters of the current state.
+    pub(crate) fn sample(&mut self) -> Sample {
+        let range = self.model.cluster_range;
+        let clusters = range.zip(self.model.search.as_mut()).map(|(range, search)| {
+            let pairs = search.close(&self.state.position, &self.particles, &self.model.domain, range);
+            clusters::components(self.particles.len(), pairs)
+        });
+        Sample { ledger: self.ledger(), momentum: self.momentum(), clusters }
+    }
+
+    fn ledger(&self) -> Ledger {
+        let (mass, r, v) = (&self.particles.mass, &self.state.position, &self.state.velocity);
+        let n = mass.len();
+        let kinetic: Sum = (0..n).map(|i| 0.5 * mass[i] * v.get(i).norm_squared()).collect();
+        let (near_field, binding) = self.model.field.as_ref().map_or((0.0, 0.0), |field| field.energies(r));
+        let external = self.model.external.as_ref().map_or(0.0, |external| external.energy(r));
+        let thermal: Sum = match (&self.state.temperature, self.model.heat_capacity) {
+            (Some(theta), Some(capacity)) => (0..n).map(|i| mass[i] * capacity * theta[i]).collect(),
+            _ => Sum::default(),
+        };
+        let totals = self.totals;
+        let mut ledger = Ledger {
+            kinetic: kinetic.value(),
+            near_field,
+            binding,
+            external,
+            thermal: thermal.value(),
+            totals,
+            residual: 0.0,
+        };
+        ledger.residual = ledger.balance() - self.initial_energy;
+        ledger
+    }
+
+    fn momentum(&self) -> Momentum {
+        let (mass, r, v) = (&self.particles.mass, &self.state.position, &self.state.velocity);
+        let n = mass.len();
+        let total = |vector: &dyn Fn(usize) -> Vector3<f64>| -> [f64; 3] {
+            std::array::from_fn(|k| (0..n).map(|i| vector(i)[k]).collect::<Sum>().value())
+        };
+        let linear = total(&|i| mass[i] * v.get(i));
+        let angular = total(&|i| r.get(i).cross(&(mass[i] * v.get(i))));
+        let outside = Vector3::from(self.totals.outside_impulse);
+        let unexplained = Vector3::from(linear) - Vector3::from(self.initial_momentum.linear) - outside;
+        let size: Sum = (0..n).map(|i| mass[i] * v.get(i).norm()).collect();
+        let residual = if size.value() > 0.0 { unexplained.norm() / size.value() } else { 0.0 };
+        Momentum { linear, angular, residual }
+    }
+}
+
+impl Ledger {
+    /// What the run must conserve: energy held, plus what was lost, minus what was given [J].
+    #[must_use]
+    pub fn balance(&self) -> f64 {
+        let totals = &self.totals;
+        let held = [self.kinetic, self.near_field, self.binding, self.external, self.thermal];
+        let lost = [
+            totals.impact_loss,
+            totals.friction_loss,
+            totals.resting_loss,
+            totals.convected,
+            totals.radiated,
+            -totals.reaction_heat,
+            -totals.periodic_work,
+        ];
+        held.into_iter().chain(lost).collect::<Sum>().value()
+    }
 }

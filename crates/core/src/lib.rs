@@ -6,15 +6,31 @@
 //!
 //! All quantities are in SI units. Results are the same bits for every number of threads.
 
+pub mod assembly;
+pub mod characteristics;
 pub mod checkpoint;
+pub mod clusters;
+pub mod contact;
+pub mod convergence;
 pub mod diagnostics;
+pub mod domain;
 pub mod error;
+pub mod force;
 pub mod impact;
+pub mod integrator;
 pub mod ledger;
+pub mod math;
+pub mod neighbor;
 pub mod observer;
+pub mod placement;
 pub mod scene;
+pub mod simd;
 pub mod simulation;
+pub mod stagger;
 pub mod state;
+mod step;
+pub mod step_control;
+pub mod thermal;
 
 pub use error::{RunError, SetupError};
 pub use observer::{Flow, Observer, StepReport};

@@ -1,16 +1,58 @@
 //! A run: from a scene to its end, one accepted step after another.
 
+use crate::assembly::Model;
 use crate::checkpoint::{Checkpoint, Counters};
+use crate::contact::Touch;
+use crate::diagnostics::{Level, Notice, StepDiagnostics};
 use crate::error::{RunError, SetupError};
-use crate::observer::{Observer, Sample};
-use crate::scene::Scene;
-use crate::state::{Particles, State};
+use crate::impact::Impact;
+use crate::ledger::{Momentum, Totals};
+use crate::observer::{Flow, Observer, Sample, StepReport};
+use crate::placement;
+use crate::scene::{ModelKind, Problem, Record, Scene};
+use crate::stagger::Stagger;
+use crate::state::{Columns, Particles, State};
+use crate::step_control::StepControl;
+
+/// A run ends when less than this share of a step is left [-].
+const END: f64 = 1e-6;
 
 /// A scene being solved.
 #[derive(Debug)]
 pub struct Simulation {
-    particles: Particles,
-    state: State,
+    pub(crate) model: Model,
+    pub(crate) control: StepControl,
+    pub(crate) stagger: Stagger,
+    pub(crate) particles: Particles,
+    pub(crate) state: State,
+    pub(crate) previous_velocity: Columns,
+    pub(crate) acceleration: Columns,
+    pub(crate) touches: Vec<Touch>,
+    pub(crate) impacts: Vec<Impact>,
+    pub(crate) notices: Vec<Notice>,
+    pub(crate) diagnostics: StepDiagnostics,
+    pub(crate) totals: Totals,
+    pub(crate) counters: Counters,
+    pub(crate) initial_energy: f64,
+    pub(crate) initial_momentum: Momentum,
+    pub(crate) notices_given: u64,
+    pub(crate) time: f64,
+    pub(crate) next_dt: f64,
+    pub(crate) duration: f64,
+    /// Position tolerance TOL_r [-].
+    pub(crate) tolerance: f64,
+    record: Record,
+}
+
+/// Notices that are given once in a run; their bits are kept in checkpoints, so numbers are never reused.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum OnceNotice {
+    /// What the model is known to get wrong, or takes as resting.
+    Model = 0,
+    /// First resting contact.
+    Resting = 1,
+    /// A fixed step too long for contacts.
+    Travel = 2,
 }
 
 /// How a run ended.
@@ -39,10 +81,13 @@ impl Simulation {
     /// Sets a scene up. `particles.file` and `particles.log` must have been resolved into `particles.list` before.
     ///
     /// # Errors
-    /// What cannot be simulated, with JSON pointers: overlaps, missing charges, a cube that cannot be filled.
+    /// What cannot be simulated, with JSON pointers: what [`Scene::validate`] finds, overlaps, missing charges, a cube
+    /// that cannot be filled.
     pub fn new(scene: &Scene) -> Result<Self, SetupError> {
-        let _ = scene;
-        unimplemented!()
+        let (particles, state) = placement::place(scene)?;
+        let mut simulation = Self::assemble(scene, particles, state)?;
+        simulation.start();
+        Ok(simulation)
     }
 
     /// Sets a scene up at a checkpoint of an earlier run of it.
@@ -50,8 +95,130 @@ impl Simulation {
     /// # Errors
     /// As [`Simulation::new`], and a checkpoint that does not fit the scene.
     pub fn resume(scene: &Scene, checkpoint: &Checkpoint) -> Result<Self, SetupError> {
-        let _ = (scene, checkpoint);
-        unimplemented!()
+        // Lists and decisions that depend on the start must see the start, not the checkpoint.
+        let (particles, state) = placement::place(scene)?;
+        let mut simulation = Self::assemble(scene, particles, state)?;
+        simulation.restore(checkpoint)?;
+        Ok(simulation)
+    }
+
+    fn assemble(scene: &Scene, particles: Particles, state: State) -> Result<Self, SetupError> {
+        let problems = scene.validate();
+        if !problems.is_empty() {
+            return Err(SetupError { problems });
+        }
+        let n = particles.len();
+        let model = Model::new(scene, &particles, &state.position);
+        let control = StepControl::new(scene, model.integrator.order);
+        let stagger = Stagger::new(&model, n, model.convergence(scene));
+        Ok(Self {
+            next_dt: control.initial,
+            acceleration: Columns::zeros(if model.has_forces() { n } else { 0 }),
+            previous_velocity: Columns::zeros(n),
+            touches: Vec::new(),
+            impacts: Vec::new(),
+            notices: Vec::new(),
+            diagnostics: StepDiagnostics::default(),
+            totals: Totals::default(),
+            counters: Counters::default(),
+            initial_energy: 0.0,
+            initial_momentum: Momentum::default(),
+            notices_given: 0,
+            time: 0.0,
+            duration: scene.duration,
+            tolerance: scene.solver.tolerance.position,
+            record: scene.record.clone(),
+            model,
+            control,
+            stagger,
+            particles,
+            state,
+        })
+    }
+
+    /// Accelerations, energy and momentum at the start.
+    fn start(&mut self) {
+        if self.model.has_forces() {
+            let mut force = Columns::zeros(self.particles.len());
+            self.counters.pair_evaluations = self.model.forces(&self.state.position, &mut force);
+            for i in 0..self.particles.len() {
+                self.acceleration.set(i, force.get(i) / self.particles.mass[i]);
+            }
+        }
+        let sample = self.sample();
+        self.initial_energy = sample.ledger.residual;
+        self.initial_momentum = sample.momentum;
+        let message = match (self.model.kind, &self.model.contact) {
+            (_, None) => return,
+            (ModelKind::Paper, Some(_)) => "model `paper` reproduces the paper's scheme with its known failures: \
+                resting contacts creep into each other and are heated again at every step, so the reaction heat has no \
+                limit as the step goes to zero; fast pairs can pass through each other; model `consistent` has a limit"
+                .to_owned(),
+            (ModelKind::Consistent, Some(law)) => format!(
+                "impacts happen at the ends of time steps; approaches slower than contact.rest_speed = {} m/s, or than \
+                 twice what the fields add in a step, are taken as resting (e = 0, no heat)",
+                law.rest_speed
+            ),
+        };
+        let level = if self.model.kind == ModelKind::Paper { Level::Warning } else { Level::Info };
+        self.notice_once(OnceNotice::Model, level, message);
+    }
+
+    fn restore(&mut self, checkpoint: &Checkpoint) -> Result<(), SetupError> {
+        let n = self.particles.len();
+        let fits = checkpoint.state.position.len() == n
+            && checkpoint.state.velocity.len() == n
+            && checkpoint.state.temperature.as_ref().map(Vec::len) == self.state.temperature.as_ref().map(Vec::len)
+            && checkpoint.acceleration.len() == self.acceleration.len();
+        if !fits {
+            let held = checkpoint.state.position.len();
+            return Err(Problem::new(
+                "/particles",
+                format!("the checkpoint holds {held} particles with other columns than the scene's {n}"),
+            )
+            .into());
+        }
+        let Checkpoint {
+            time,
+            step: _, // counted by counters.steps
+            next_dt,
+            state,
+            acceleration,
+            list_positions,
+            totals,
+            initial_energy,
+            initial_momentum,
+            counters,
+            notices_given,
+        } = checkpoint.clone();
+        if let Some(field) = &mut self.model.field
+            && list_positions.len() == n
+        {
+            field.rebuild_lists(&list_positions);
+        }
+        (self.time, self.next_dt, self.state, self.acceleration) = (time, next_dt, state, acceleration);
+        (self.totals, self.initial_energy, self.initial_momentum) = (totals, initial_energy, initial_momentum);
+        (self.counters, self.notices_given) = (counters, notices_given);
+        Ok(())
+    }
+
+    /// All that is needed to go on from here, bit for bit.
+    #[must_use]
+    pub fn checkpoint(&self) -> Checkpoint {
+        let built_at = self.model.field.as_ref().and_then(|field| field.neighbors.built_at());
+        Checkpoint {
+            time: self.time,
+            step: self.counters.steps,
+            next_dt: self.next_dt,
+            state: self.state.clone(),
+            acceleration: self.acceleration.clone(),
+            list_positions: built_at.cloned().unwrap_or_default(),
+            totals: self.totals,
+            initial_energy: self.initial_energy,
+            initial_momentum: self.initial_momentum,
+            counters: self.counters,
+            notices_given: self.notices_given,
+        }
     }
 
     /// Runs to the scene's duration, or to where the observer stops it. The observer sees the start as step 0 (not
@@ -60,8 +227,61 @@ impl Simulation {
     /// # Errors
     /// A step that cannot be completed, a value that stops being finite, a failing observer.
     pub fn run(&mut self, observer: &mut dyn Observer) -> Result<Outcome, RunError> {
-        let _ = observer;
-        unimplemented!()
+        let mut flow = Flow::Continue;
+        if self.counters.steps == 0 {
+            flow = self.report(observer, true)?;
+        }
+        while flow == Flow::Continue && !self.finished() {
+            self.step()?;
+            flow = self.report(observer, false)?;
+        }
+        Ok(Outcome {
+            ending: if self.finished() { Ending::Finished } else { Ending::Stopped },
+            time: self.time,
+            counters: self.counters,
+            sample: self.sample(),
+        })
+    }
+
+    fn finished(&self) -> bool {
+        self.duration - self.time < END * self.next_dt
+    }
+
+    fn report(&mut self, observer: &mut dyn Observer, start: bool) -> Result<Flow, RunError> {
+        let due = self.recording_due() && observer.wants_samples();
+        let sample = (start || due || self.finished()).then(|| self.sample());
+        let checkpoint = (self.checkpoint_due(start) && observer.wants_checkpoints()).then(|| self.checkpoint());
+        observer
+            .step(&StepReport {
+                time: self.time,
+                step: self.counters.steps,
+                particles: &self.particles,
+                state: &self.state,
+                diagnostics: (!start).then_some(&self.diagnostics),
+                impacts: &self.impacts,
+                sample: sample.as_ref(),
+                checkpoint: checkpoint.as_ref(),
+                notices: &self.notices,
+            })
+            .map_err(RunError::Observer)
+    }
+
+    /// Whether the scene's cadence records this step.
+    fn recording_due(&mut self) -> bool {
+        if let Some(interval) = self.record.interval {
+            // A step that ends on a multiple within round-off counts as having reached it.
+            let reached = (self.time / interval + 1e-9).floor() as u64;
+            let due = reached > self.counters.intervals;
+            self.counters.intervals = reached;
+            return due;
+        }
+        self.counters.steps.is_multiple_of(self.record.every_steps.unwrap_or(1))
+    }
+
+    fn checkpoint_due(&self, start: bool) -> bool {
+        let left = self.duration - self.time;
+        let before_clipped = !self.finished() && left < self.next_dt;
+        start || before_clipped || self.counters.steps.is_multiple_of(self.record.checkpoint_every)
     }
 
     /// Radii, masses, charges.
@@ -74,5 +294,11 @@ impl Simulation {
     #[must_use]
     pub fn state(&self) -> &State {
         &self.state
+    }
+
+    /// Time now [s].
+    #[must_use]
+    pub fn time(&self) -> f64 {
+        self.time
     }
 }

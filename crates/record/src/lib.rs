@@ -1,1 +1,30 @@
 //! agglo's recorder: solver states to MCAP messages.
+//!
+//! [`Recorder`] watches a run as an [`agglo_core::Observer`] and writes a log that holds all that is needed to replay
+//! it. The same scene and build give the same file, byte for byte: no wall time, host, path or thread count is in it.
+//!
+//! | module | holds |
+//! |---|---|
+//! | [`channels`] | the one table of topics, their messages, and when a log has them |
+//! | [`convert`] | solver values to messages and back, exactly |
+//! | [`cloud`] | states as rows of `foxglove.PointCloud`, and back |
+//! | [`run`] | the metadata record `run` |
+//! | [`proto`] | the messages themselves, generated from `schemas/` |
+//! | [`size`] | how large a log will be |
+
+pub mod channels;
+pub mod cloud;
+pub mod convert;
+mod error;
+mod markers;
+mod palette;
+pub mod proto;
+mod recorder;
+pub mod run;
+mod sink;
+pub mod size;
+
+pub use error::RecordError;
+pub use recorder::{Options, Recorded, Recorder};
+pub use run::BuildInfo;
+pub use size::{SizeEstimate, estimate};

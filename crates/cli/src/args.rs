@@ -1,0 +1,274 @@
+//! The command line: commands, options and their help, from which completions and manual pages are generated as well.
+
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+
+use agglo_core::scene::Setting;
+use clap::{Args, Parser, Subcommand, ValueEnum};
+
+use crate::target::Target;
+
+/// Version of the program.
+pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+/// Commit that the program was built from; empty where it is not known.
+pub const COMMIT: &str = env!("AGGLO_COMMIT");
+
+/// Direct simulation of charged, colliding, clustering, heating particle clouds, with logs that can be trusted.
+#[derive(Debug, Parser)]
+#[command(name = "agglo", version = long_version(), max_term_width = 100, disable_help_subcommand = true)]
+#[command(
+    after_help = "Exit codes: 0 done · 1 failed · 2 bad input or usage · 3 done, but the input is damaged · 130 \
+                        interrupted · 101 a bug.\nStart with `agglo init`, which lists the scenes that come along."
+)]
+pub struct Cli {
+    /// What holds for every command.
+    #[command(flatten)]
+    pub global: Global,
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+fn long_version() -> String {
+    if COMMIT.is_empty() { VERSION.to_owned() } else { format!("{VERSION} ({COMMIT})") }
+}
+
+/// Options of every command.
+#[derive(Args, Clone, Debug, Default)]
+#[command(next_help_heading = "Global options")]
+pub struct Global {
+    /// Say nothing but errors
+    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    pub quiet: bool,
+    /// Say more
+    #[arg(short, long, global = true)]
+    pub verbose: bool,
+    /// When to use colour; `auto` heeds NO_COLOR
+    #[arg(long, global = true, value_name = "WHEN", value_enum, default_value_t)]
+    pub color: Color,
+    /// How to show progress; `auto` draws a bar on a terminal, `json` writes a line a second
+    #[arg(long, global = true, value_name = "HOW", value_enum, default_value_t)]
+    pub progress: ProgressKind,
+    /// How to write errors and warnings; `json` writes an object a line
+    #[arg(long, global = true, value_name = "FORMAT", value_enum, default_value_t)]
+    pub errors: ErrorFormat,
+    /// Number of threads; results do not depend on it [default: one per core]
+    #[arg(long, global = true, value_name = "N")]
+    pub threads: Option<NonZeroUsize>,
+}
+
+/// When to use colour.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum Color {
+    /// On a terminal, unless NO_COLOR is set.
+    #[default]
+    Auto,
+    /// Always.
+    Always,
+    /// Never.
+    Never,
+}
+
+/// How to show progress.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum ProgressKind {
+    /// A bar on a terminal, else nothing.
+    #[default]
+    Auto,
+    /// Nothing.
+    Never,
+    /// A JSON object a line, once a second.
+    Json,
+}
+
+/// How to write errors and warnings.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum ErrorFormat {
+    /// For people.
+    #[default]
+    Text,
+    /// A JSON object a line.
+    Json,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Solve a scene and record every step
+    Run(RunArgs),
+    /// Check a scene and say what to expect of it, without solving it
+    Check(CheckArgs),
+    /// Write a scene to start from, or list them
+    Init(InitArgs),
+    /// Say what is in a log, whole or damaged
+    Info(InfoArgs),
+    /// Write the particles of a log for other programs
+    Export(ExportArgs),
+    /// Print the schema of scene files or of log messages
+    Schema(SchemaArgs),
+    /// Print a shell's completion script
+    Completions(CompletionsArgs),
+    /// Write manual pages
+    Man(ManArgs),
+}
+
+/// A scene and what is set in it.
+#[derive(Args, Debug)]
+pub struct SceneArgs {
+    /// Scene file; `-` reads standard input
+    pub scene: Target,
+    /// Set a value of the scene, such as `solver.step.initial=1e-4`; VALUE is JSON, else a string
+    #[arg(long, value_name = "POINTER=VALUE", value_parser = setting)]
+    pub set: Vec<Setting>,
+}
+
+/// Arguments of `agglo run`.
+#[derive(Args, Debug)]
+pub struct RunArgs {
+    /// The scene.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Log file; `-` writes to standard output [default: the scene's name with .mcap, in the working folder]
+    #[arg(short, long, value_name = "LOG")]
+    pub output: Option<Target>,
+    /// Replace files that exist; a good old log survives a run that fails
+    #[arg(long)]
+    pub overwrite: bool,
+    /// Write a summary of the run as JSON; `-` writes to standard output
+    #[arg(long, value_name = "FILE")]
+    pub summary: Option<Target>,
+    /// Record nothing
+    #[arg(long, conflicts_with_all = ["output", "max_log"])]
+    pub no_log: bool,
+    /// Largest log allowed, such as `500MB` or `2GiB`; a run that reaches it stops
+    #[arg(long, value_name = "SIZE", value_parser = crate::size::parse)]
+    pub max_log: Option<u64>,
+}
+
+/// Arguments of `agglo check`.
+#[derive(Args, Debug)]
+pub struct CheckArgs {
+    /// The scene.
+    #[command(flatten)]
+    pub scene: SceneArgs,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `agglo init`.
+#[derive(Args, Debug)]
+pub struct InitArgs {
+    /// Name of the scene; without it, all are listed
+    pub name: Option<String>,
+    /// File to write; `-` writes to standard output [default: NAME.json in the working folder]
+    #[arg(short, long, value_name = "FILE", requires = "name")]
+    pub output: Option<Target>,
+    /// Replace a file that exists
+    #[arg(long)]
+    pub overwrite: bool,
+}
+
+/// Arguments of `agglo info`.
+#[derive(Args, Debug)]
+pub struct InfoArgs {
+    /// Log file
+    pub log: PathBuf,
+    /// Read all of it and check every checksum
+    #[arg(long)]
+    pub check: bool,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `agglo export`.
+#[derive(Args, Debug)]
+pub struct ExportArgs {
+    /// Log file
+    pub log: PathBuf,
+    /// Format to write
+    #[arg(long, value_enum)]
+    pub format: ExportFormat,
+    /// Which states: a time in seconds (the last state at or before it), `end`, or `all`
+    #[arg(long, value_name = "T", default_value = "end", value_parser = moment)]
+    pub at: Moment,
+    /// File to write; `-` writes to standard output
+    #[arg(short, long, value_name = "PATH")]
+    pub output: Target,
+    /// Replace a file that exists
+    #[arg(long)]
+    pub overwrite: bool,
+}
+
+/// Formats of `agglo export`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ExportFormat {
+    /// Comma-separated values, a line per particle.
+    Csv,
+}
+
+/// Which states are exported.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Moment {
+    /// The last state at or before this time [s].
+    Time(f64),
+    /// The last state.
+    End,
+    /// Every state.
+    All,
+}
+
+/// Arguments of `agglo schema`.
+#[derive(Args, Debug)]
+pub struct SchemaArgs {
+    /// Which schema
+    #[arg(value_enum, default_value_t)]
+    pub of: SchemaKind,
+}
+
+/// Schemas that can be printed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum SchemaKind {
+    /// JSON Schema of scene files.
+    #[default]
+    Scene,
+    /// Protobuf definitions of the log's own messages.
+    Messages,
+}
+
+/// Arguments of `agglo completions`.
+#[derive(Args, Debug)]
+pub struct CompletionsArgs {
+    /// Shell
+    #[arg(value_enum)]
+    pub shell: clap_complete::Shell,
+}
+
+/// Arguments of `agglo man`.
+#[derive(Args, Debug)]
+pub struct ManArgs {
+    /// Folder to write agglo.1, agglo-run.1, .. to; it is made if it does not exist
+    pub dir: PathBuf,
+    /// Replace files that exist
+    #[arg(long)]
+    pub overwrite: bool,
+}
+
+fn setting(text: &str) -> Result<Setting, String> {
+    Setting::parse(text).map_err(|problem| match problem.hint {
+        Some(hint) => format!("{}; {hint}", problem.message),
+        None => problem.message,
+    })
+}
+
+fn moment(text: &str) -> Result<Moment, String> {
+    match text {
+        "end" => Ok(Moment::End),
+        "all" => Ok(Moment::All),
+        time => match time.parse::<f64>() {
+            Ok(time) if time >= 0.0 && time.is_finite() => Ok(Moment::Time(time)),
+            _ => Err("give a time in seconds, at least 0, or `end`, or `all`".to_owned()),
+        },
+    }
+}

@@ -1,0 +1,38 @@
+//! Ctrl-C and SIGTERM: the first asks the run to stop after its step, the second ends the program at once.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use signal_hook::consts::{SIGINT, SIGTERM};
+
+use crate::failure::{Failure, Message};
+
+/// Exit code of an interrupted program.
+pub const EXIT_CODE: u8 = 130;
+
+/// Whether the user asked to stop.
+#[derive(Clone, Debug)]
+pub struct Interrupt(Arc<AtomicBool>);
+
+impl Interrupt {
+    /// From now on signals are noticed. SIGHUP is not among them: a program under `nohup` goes on.
+    ///
+    /// # Errors
+    /// The system refuses.
+    pub fn install() -> Result<Self, Failure> {
+        let asked = Arc::new(AtomicBool::new(false));
+        for signal in [SIGINT, SIGTERM] {
+            // In this order: a signal ends the program if one came before, and is remembered otherwise.
+            signal_hook::flag::register_conditional_shutdown(signal, i32::from(EXIT_CODE), Arc::clone(&asked))
+                .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&asked)))
+                .map_err(|error| Failure::Failed(Message::new(format!("cannot listen for Ctrl-C: {error}"))))?;
+        }
+        Ok(Self(asked))
+    }
+
+    /// Whether a signal came.
+    #[must_use]
+    pub fn asked(&self) -> bool {
+        self.0.load(Ordering::Relaxed)
+    }
+}

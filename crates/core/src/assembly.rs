@@ -1,0 +1,105 @@
+//! From a scene to the terms it names; the only place that looks at which sections are there.
+//!
+//! What a scene does not name is `None` here and costs nothing: no column, no pass over the particles.
+
+use crate::contact::ContactLaw;
+use crate::contact::search::{Search, TOUCHING};
+use crate::convergence::Convergence;
+use crate::domain::Domain;
+use crate::force::{ExternalField, Field};
+use crate::integrator::Integrator;
+use crate::scene::{IntegratorKind, ModelKind, Scene};
+use crate::state::{Columns, Particles};
+use crate::step_control::ITERATION_SHARE;
+use crate::thermal::exchange::Exchange;
+
+/// The terms of a scene.
+#[derive(Clone, Debug)]
+pub struct Model {
+    /// Which of the two named models.
+    pub kind: ModelKind,
+    /// Time integrator.
+    pub integrator: Integrator,
+    /// Pair forces.
+    pub field: Option<Field>,
+    /// Gravity and electric field.
+    pub external: Option<ExternalField>,
+    /// Impacts.
+    pub contact: Option<ContactLaw>,
+    /// Convection and radiation.
+    pub exchange: Option<Exchange>,
+    /// Heat capacity [J/(kg K)], where there are temperatures.
+    pub heat_capacity: Option<f64>,
+    /// Periodic directions and walls.
+    pub domain: Domain,
+    /// Finds close pairs, where something asks for them.
+    pub search: Option<Search>,
+    /// Pairs within this many sums of radii are bonded [-]; `None` without binding.
+    pub bond_range: Option<f64>,
+    /// Pairs within this many sums of radii belong to one cluster [-].
+    pub cluster_range: Option<f64>,
+    /// Mean diameter [m].
+    pub mean_diameter: f64,
+    /// Smallest diameter [m].
+    pub smallest_diameter: f64,
+}
+
+impl Model {
+    /// Assembles the terms of a scene for particles that start at `start`.
+    #[must_use]
+    pub fn new(scene: &Scene, particles: &Particles, start: &Columns) -> Self {
+        let domain = Domain::new(scene.domain.as_ref());
+        let default = match scene.model {
+            ModelKind::Paper => IntegratorKind::BackwardEuler,
+            ModelKind::Consistent => IntegratorKind::VelocityVerlet,
+        };
+        let contact = ContactLaw::new(scene);
+        let bond_range = scene.binding.as_ref().map(|binding| binding.range);
+        let cluster_range = bond_range.or(scene.clusters.map(|clusters| clusters.range));
+        let factor = (contact.is_some().then_some(1.0 + TOUCHING)).into_iter().chain(cluster_range).reduce(f64::max);
+        Self {
+            kind: scene.model,
+            integrator: Integrator::of(scene.solver.integrator.unwrap_or(default)),
+            field: Field::new(scene, particles, start, &domain.periodic),
+            external: ExternalField::new(scene.external.as_ref(), particles),
+            contact,
+            exchange: Exchange::new(scene, particles),
+            heat_capacity: scene.thermal.as_ref().map(|thermal| thermal.heat_capacity),
+            search: factor.map(|factor| Search::new(factor, particles, start, &domain)),
+            domain,
+            bond_range,
+            cluster_range,
+            mean_diameter: particles.mean_diameter(),
+            smallest_diameter: particles.radius.iter().fold(f64::INFINITY, |least, b| least.min(2.0 * b)),
+        }
+    }
+
+    /// Whether anything accelerates particles between impacts.
+    #[must_use]
+    pub fn has_forces(&self) -> bool {
+        self.field.is_some() || self.external.is_some()
+    }
+
+    /// Forces of the field and from outside at positions r [N]; returns the unordered pairs looked at.
+    pub fn forces(&mut self, r: &Columns, force: &mut Columns) -> u64 {
+        for axis in force.axes_mut() {
+            axis.fill(0.0);
+        }
+        let pairs = self.field.as_mut().map_or(0, |field| field.add_forces(r, force));
+        if let Some(external) = &self.external {
+            external.add_forces(force);
+        }
+        pairs
+    }
+
+    /// The error measure of the model: (52) in `paper`, largest move over the mean diameter in `consistent`.
+    #[must_use]
+    pub fn convergence(&self, scene: &Scene) -> Convergence {
+        let share = match self.kind {
+            ModelKind::Paper => 1.0,
+            ModelKind::Consistent => ITERATION_SHARE,
+        };
+        let tolerance = (share * scene.solver.tolerance.position, share * scene.solver.tolerance.temperature);
+        Convergence::new(self.kind, tolerance, scene.solver.max_iterations, self.mean_diameter)
+    }
+}

@@ -1,0 +1,213 @@
+//! Near field (2) and binding (13) as terms of the pair loop, with cut-off, switch and shifted potentials.
+//!
+//! Force on i along n_ij: sum over terms of c w_ij s^-beta, c > 0 attracting; s distance [m], w_ij = w_i w_j the pair
+//! weight (m_i m_j, charges, or 1). Valid for s > 0. Potentials are shifted to zero at the cut-off and at activation,
+//! so that energy is continuous there. Reference: Zohdi 2004, section 2.
+
+use super::power::Power;
+use crate::domain::Periodic;
+use crate::neighbor::Neighbors;
+use crate::scene::{Cutoff, NamedCutoff, PowerTerm, Scene, Weight};
+use crate::state::{Columns, Particles};
+
+/// One power-law term of the near field.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Term {
+    /// The power law.
+    pub power: Power,
+    /// Signed strength c: positive attracts [N m^beta per unit of weight].
+    pub strength: f64,
+    /// Potential at the cut-off per unit of strength, P(beta); 0 without a cut-off.
+    pub shift: f64,
+}
+
+/// Terms that share a pair weight.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Group {
+    /// Weight w_i of every particle, length n; `None`: 1.
+    pub(crate) weight: Option<Vec<f64>>,
+    pub(crate) kind: Weighting,
+    pub(crate) terms: Vec<Term>,
+}
+
+/// What a group's column holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Weighting {
+    One,
+    Mass,
+    Charge,
+    ChargeSize,
+}
+
+impl Weighting {
+    fn column(self, particles: &Particles) -> Option<Vec<f64>> {
+        let charges = || particles.charge.clone().unwrap_or_else(|| vec![0.0; particles.len()]);
+        match self {
+            Self::One => None,
+            Self::Mass => Some(particles.mass.clone()),
+            Self::Charge => Some(charges()),
+            Self::ChargeSize => Some(charges().into_iter().map(f64::abs).collect()),
+        }
+    }
+}
+
+/// The binding term (13): attracts while s <= range (b_i + b_j).
+#[derive(Clone, Debug, PartialEq)]
+pub struct BindingTerm {
+    /// The power law.
+    pub power: Power,
+    /// Strength alpha_a [N m^beta per unit of weight].
+    pub strength: f64,
+    /// Activation distance over the sum of the radii, delta_a [-].
+    pub range: f64,
+    /// Weight w_i of every particle, length n; `None`: 1.
+    pub(crate) weight: Option<Vec<f64>>,
+    /// Radii, length n [m].
+    pub(crate) radius: Vec<f64>,
+}
+
+/// The C2 quintic that takes a potential to zero between two distances.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Switch {
+    /// Where it starts to fall from 1 [m].
+    pub from: f64,
+    /// Where it reaches 0 [m].
+    pub to: f64,
+}
+
+impl Switch {
+    /// Value and slope at a distance [-, 1/m].
+    #[inline(always)]
+    #[must_use]
+    pub fn at(&self, s: f64) -> (f64, f64) {
+        let width = self.to - self.from;
+        let x = (s - self.from) / width;
+        let x = if x > 0.0 { x } else { 0.0 };
+        let x = if x < 1.0 { x } else { 1.0 };
+        let rest = 1.0 - x;
+        (1.0 - x * x * x * (10.0 + x * (6.0 * x - 15.0)), -30.0 * x * x * rest * rest / width)
+    }
+}
+
+/// All pair forces of a scene.
+#[derive(Clone, Debug)]
+pub struct Field {
+    pub(crate) groups: Vec<Group>,
+    /// Distance beyond which the near field is zero [m]; `f64::MAX` without a cut-off.
+    pub cutoff: f64,
+    /// Smooth end of the near field.
+    pub switch: Option<Switch>,
+    /// Binding.
+    pub binding: Option<BindingTerm>,
+    pub(crate) periodic: Periodic,
+    /// Candidate pairs.
+    pub neighbors: Neighbors,
+}
+
+impl Field {
+    /// The pair forces that a scene names; `None` where it names none.
+    #[must_use]
+    pub fn new(scene: &Scene, particles: &Particles, start: &Columns, periodic: &Periodic) -> Option<Self> {
+        if scene.near_field.is_none() && scene.binding.is_none() {
+            return None;
+        }
+        let cutoff = cutoff(scene);
+        let mut groups: Vec<Group> = Vec::new();
+        if let Some(near) = &scene.near_field {
+            let sign_and_terms = [(1.0, near.attraction.as_ref()), (-1.0, near.repulsion.as_ref())];
+            for (sign, term) in sign_and_terms.into_iter().filter_map(|(sign, term)| Some((sign, term?))) {
+                let weight = term.weight.unwrap_or(near.weight);
+                let (kind, sign) = match weight {
+                    Weight::None => (Weighting::One, sign),
+                    Weight::MassProduct => (Weighting::Mass, sign),
+                    // Attraction carries -q_i q_j, repulsion |q_i q_j|.
+                    Weight::ChargeProduct if sign > 0.0 => (Weighting::Charge, -1.0),
+                    Weight::ChargeProduct => (Weighting::ChargeSize, sign),
+                };
+                let power = Power::new(term.exponent);
+                let shift = if cutoff < f64::MAX { power.potential_at(cutoff) } else { 0.0 };
+                let term = Term { power, strength: sign * term.strength, shift };
+                match groups.iter_mut().find(|group| group.kind == kind) {
+                    Some(group) => group.terms.push(term),
+                    None => groups.push(Group { weight: kind.column(particles), kind, terms: vec![term] }),
+                }
+            }
+        }
+        let switch =
+            scene.near_field.as_ref().and_then(|near| near.switch_from).map(|from| Switch { from, to: cutoff });
+        let binding = scene.binding.as_ref().map(|binding| {
+            let default = scene.near_field.as_ref().map_or(Weight::None, |near| near.weight);
+            let weighting = match binding.weight.unwrap_or(default) {
+                Weight::None => Weighting::One,
+                Weight::MassProduct => Weighting::Mass,
+                Weight::ChargeProduct => Weighting::ChargeSize,
+            };
+            BindingTerm {
+                power: Power::new(binding.exponent),
+                strength: binding.strength,
+                range: binding.range,
+                weight: weighting.column(particles),
+                radius: particles.radius.clone(),
+            }
+        });
+        let largest = particles.radius.iter().copied().fold(0.0, f64::max);
+        let binding_reach = binding.as_ref().map_or(0.0, |b| 2.0 * largest * b.range);
+        let near_reach = match (groups.is_empty(), cutoff < f64::MAX) {
+            (true, _) => 0.0,
+            (false, true) => cutoff,
+            (false, false) => f64::INFINITY,
+        };
+        let neighbors = Neighbors::choose(near_reach.max(binding_reach), start, periodic);
+        Some(Self { groups, cutoff, switch, binding, periodic: *periodic, neighbors })
+    }
+
+    /// Adds the pair forces at positions r, length n [m], to `force` [N]. Returns the number of unordered pairs looked
+    /// at.
+    pub fn add_forces(&mut self, r: &Columns, force: &mut Columns) -> u64 {
+        self.neighbors.update(r, &self.periodic);
+        super::rows::forces(self, r, force);
+        self.neighbors.pairs(r.len())
+    }
+
+    /// Near-field and binding potential energy at positions r, length n [m], in joules.
+    ///
+    /// Leaves the lists alone: taking a sample must not change the run.
+    #[must_use]
+    pub fn energies(&self, r: &Columns) -> (f64, f64) {
+        if self.neighbors.valid(r, &self.periodic) {
+            return super::rows::energies(self, r);
+        }
+        let mut own = self.clone();
+        own.neighbors.update(r, &own.periodic);
+        super::rows::energies(&own, r)
+    }
+
+    /// Builds the lists as they were at these positions (of a checkpoint) [m].
+    pub fn rebuild_lists(&mut self, at: &Columns) {
+        if let Neighbors::List(list) = &mut self.neighbors {
+            list.build(at, &self.periodic);
+        }
+    }
+}
+
+/// Distance beyond which a scene's near field is zero [m]; `f64::MAX` without a cut-off.
+#[must_use]
+pub fn cutoff(scene: &Scene) -> f64 {
+    match scene.near_field.as_ref().map(|near| (near, near.cutoff)) {
+        Some((_, Cutoff::Distance(distance))) => distance,
+        Some((near, Cutoff::Named(NamedCutoff::Inflection))) => match (&near.attraction, &near.repulsion) {
+            (Some(attraction), Some(repulsion)) => inflection(attraction, repulsion),
+            _ => f64::MAX,
+        },
+        Some((_, Cutoff::Named(NamedCutoff::None))) | None => f64::MAX,
+    }
+}
+
+/// Distance d* of the inflection of the potential, equation (12) [m].
+#[must_use]
+pub fn inflection(attraction: &PowerTerm, repulsion: &PowerTerm) -> f64 {
+    libm::pow(
+        (repulsion.exponent * repulsion.strength) / (attraction.exponent * attraction.strength),
+        1.0 / (repulsion.exponent - attraction.exponent),
+    )
+}

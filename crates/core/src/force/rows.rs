@@ -1,0 +1,400 @@
+//! The pair loop: blocks of up to 64 pairs of one particle, sums in eight lanes.
+
+use super::near_field::Field;
+use super::power::{BLOCK, LANES, Lane};
+use crate::math::Sum;
+use crate::simd::{Task, vectorized};
+use crate::state::Columns;
+use rayon::prelude::*;
+
+/// Rows per task: depends on nothing but this constant, never on the number of threads.
+const ROWS: usize = 32;
+/// Ordered pairs from which tasks are worth their overhead.
+const PARALLEL_FROM: u64 = 100_000;
+
+/// Adds the forces of all rows to `force`.
+pub(super) fn forces(field: &Field, r: &Columns, force: &mut Columns) {
+    let add = |task: usize, x: &mut [f64], y: &mut [f64], z: &mut [f64]| {
+        vectorized(ForceRows { field, r, first: task * ROWS, force: [x, y, z] });
+    };
+    if 2 * field.neighbors.pairs(r.len()) < PARALLEL_FROM {
+        add(0, &mut force.x, &mut force.y, &mut force.z);
+    } else {
+        (force.x.par_chunks_mut(ROWS), force.y.par_chunks_mut(ROWS), force.z.par_chunks_mut(ROWS))
+            .into_par_iter()
+            .enumerate()
+            .for_each(|(task, (x, y, z))| add(task, x, y, z));
+    }
+}
+
+/// Near-field and binding energy [J]; each pair is met once, in the row of its first particle.
+pub(super) fn energies(field: &Field, r: &Columns) -> (f64, f64) {
+    let mut each = vec![(0.0, 0.0); r.len()];
+    let fill = |(task, each): (usize, &mut [(f64, f64)])| {
+        vectorized(EnergyRows { field, r, first: task * ROWS, energy: each });
+    };
+    if field.neighbors.pairs(r.len()) < PARALLEL_FROM {
+        fill((0, &mut each));
+    } else {
+        each.par_chunks_mut(ROWS).enumerate().for_each(fill);
+    }
+    let sum = |sum: Sum| sum.value();
+    (sum(each.iter().map(|e| e.0).collect()), sum(each.iter().map(|e| e.1).collect()))
+}
+
+/// Forces of consecutive rows.
+struct ForceRows<'a> {
+    field: &'a Field,
+    r: &'a Columns,
+    first: usize,
+    force: [&'a mut [f64]; 3],
+}
+
+impl Task for ForceRows<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let [x, y, z] = self.force;
+        let mut block = Block::default();
+        let periodic = self.field.periodic.any();
+        for k in 0..x.len().min(y.len()).min(z.len()) {
+            let i = self.first + k;
+            let lanes = if periodic {
+                block.row::<false, true>(self.field, self.r, i)
+            } else {
+                block.row::<false, false>(self.field, self.r, i)
+            };
+            x[k] += sum(&lanes[0]);
+            y[k] += sum(&lanes[1]);
+            z[k] += sum(&lanes[2]);
+        }
+    }
+}
+
+/// Energies of consecutive rows, with partners of larger number only.
+struct EnergyRows<'a> {
+    field: &'a Field,
+    r: &'a Columns,
+    first: usize,
+    energy: &'a mut [(f64, f64)],
+}
+
+impl Task for EnergyRows<'_> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        let mut block = Block::default();
+        let periodic = self.field.periodic.any();
+        for (k, energy) in self.energy.iter_mut().enumerate() {
+            let i = self.first + k;
+            let lanes = if periodic {
+                block.row::<true, true>(self.field, self.r, i)
+            } else {
+                block.row::<true, false>(self.field, self.r, i)
+            };
+            *energy = (sum(&lanes[0]), sum(&lanes[1]));
+        }
+    }
+}
+
+/// Lanes to one number, always in this order.
+#[inline(always)]
+fn sum(lane: &[f64; LANES]) -> f64 {
+    ((lane[0] + lane[1]) + (lane[2] + lane[3])) + ((lane[4] + lane[5]) + (lane[6] + lane[7]))
+}
+
+/// A block of pairs of particle i, and what is known about them.
+struct Block {
+    /// Pairs in it, rounded up to whole vectors; the surplus is infinitely far away.
+    len: usize,
+    d: [Lane; 3],
+    square: Lane,
+    inverse: Lane,
+    /// Sum over terms of the force along n_ij [N].
+    force: Lane,
+    near_field: Lane,
+    binding: Lane,
+    power: Lane,
+    sum: Lane,
+    potential: Lane,
+    energy: Lane,
+}
+
+/// Which partners a block holds.
+#[derive(Clone, Copy)]
+enum Partners<'a> {
+    From(usize),
+    Listed(&'a [u32]),
+}
+
+impl Partners<'_> {
+    /// out[k] = f(value of partner k in a column), for `count` partners.
+    #[inline(always)]
+    fn map(self, column: &[f64], count: usize, out: &mut Lane, f: impl Fn(f64) -> f64) {
+        match self {
+            Self::From(first) => {
+                for (out, &value) in out.iter_mut().zip(&column[first..first + count]) {
+                    *out = f(value);
+                }
+            }
+            Self::Listed(list) => {
+                for (out, &j) in out.iter_mut().zip(&list[..count]) {
+                    *out = f(column[j as usize]);
+                }
+            }
+        }
+    }
+}
+
+impl Default for Block {
+    fn default() -> Self {
+        const ZERO: Lane = [0.0; BLOCK];
+        Self {
+            len: 0,
+            d: [ZERO; 3],
+            square: ZERO,
+            inverse: ZERO,
+            force: ZERO,
+            near_field: ZERO,
+            binding: ZERO,
+            power: ZERO,
+            sum: ZERO,
+            potential: ZERO,
+            energy: ZERO,
+        }
+    }
+}
+
+impl Block {
+    /// Sums over partners of particle i: the force components over all of them, or with `ENERGY` near-field and binding
+    /// energy over those of larger number.
+    #[inline(always)]
+    fn row<const ENERGY: bool, const PERIODIC: bool>(
+        &mut self,
+        field: &Field,
+        r: &Columns,
+        i: usize,
+    ) -> [[f64; LANES]; 3] {
+        let mut lanes = [[0.0; LANES]; 3];
+        let listed = field.neighbors.row(i);
+        let total = listed.map_or(r.len(), <[u32]>::len);
+        let mut first = match (ENERGY, listed) {
+            (false, _) => 0,
+            (true, None) => i + 1,
+            (true, Some(list)) => list.partition_point(|&j| (j as usize) < i),
+        };
+        while first < total {
+            let count = BLOCK.min(total - first);
+            let partners = listed.map_or(Partners::From(first), |list| Partners::Listed(&list[first..first + count]));
+            self.distances::<PERIODIC>(field, r, i, partners, count);
+            if listed.is_none() && (first..first + count).contains(&i) {
+                self.square[i - first] = f64::INFINITY;
+            }
+            self.invert();
+            self.near_field::<ENERGY>(field, i, partners, count);
+            self.bind::<ENERGY>(field, i, partners, count);
+            if ENERGY {
+                self.add_energies(&mut lanes);
+            } else {
+                self.add_forces(&mut lanes);
+            }
+            first += count;
+        }
+        lanes
+    }
+
+    /// d = r_j - r_i, square = d.d; surplus lanes are infinitely far.
+    #[inline(always)]
+    fn distances<const PERIODIC: bool>(
+        &mut self,
+        field: &Field,
+        r: &Columns,
+        i: usize,
+        partners: Partners<'_>,
+        count: usize,
+    ) {
+        self.len = count.next_multiple_of(LANES).min(BLOCK);
+        for axis in 0..3 {
+            let column = r.axes()[axis];
+            let own = column[i];
+            partners.map(column, count, &mut self.d[axis], |other| {
+                if PERIODIC { field.periodic.minimum_image(axis, other - own) } else { other - own }
+            });
+        }
+        for k in 0..self.len {
+            self.square[k] = self.d[0][k] * self.d[0][k] + self.d[1][k] * self.d[1][k] + self.d[2][k] * self.d[2][k];
+        }
+        self.square[count..self.len].fill(f64::INFINITY);
+    }
+
+    #[inline(always)]
+    fn invert(&mut self) {
+        for k in 0..self.len.min(BLOCK) {
+            self.inverse[k] = 1.0 / self.square[k].sqrt();
+        }
+    }
+
+    /// Sets `force` (and `near_field`) to the near field (2) with its cut-off and switch.
+    #[inline(always)]
+    fn near_field<const ENERGY: bool>(&mut self, field: &Field, i: usize, partners: Partners<'_>, count: usize) {
+        let len = self.len.min(BLOCK);
+        let potentials = ENERGY || field.switch.is_some();
+        self.force[..len].fill(0.0);
+        if potentials {
+            self.near_field[..len].fill(0.0);
+        }
+        if field.groups.is_empty() {
+            return;
+        }
+        for group in &field.groups {
+            self.sum[..len].fill(0.0);
+            if potentials {
+                self.energy[..len].fill(0.0);
+            }
+            for term in &group.terms {
+                term.power.block(len, &self.square, &self.inverse, &mut self.power);
+                for k in 0..len {
+                    self.sum[k] += term.strength * self.power[k];
+                }
+                if potentials {
+                    term.power.potential_block(len, &self.square, &self.inverse, &self.power, &mut self.potential);
+                    for k in 0..len {
+                        self.energy[k] += term.strength * (self.potential[k] - term.shift);
+                    }
+                }
+            }
+            if let Some(weight) = &group.weight {
+                // The product first: it is the same for (i, j) and (j, i).
+                let own = weight[i];
+                partners.map(weight, count, &mut self.potential, |other| other * own);
+                for k in 0..len {
+                    self.sum[k] *= self.potential[k];
+                }
+                if potentials {
+                    for k in 0..len {
+                        self.energy[k] *= self.potential[k];
+                    }
+                }
+            }
+            for k in 0..len {
+                self.force[k] += self.sum[k];
+            }
+            if potentials {
+                for k in 0..len {
+                    self.near_field[k] += self.energy[k];
+                }
+            }
+        }
+        if let Some(switch) = field.switch {
+            for k in 0..len {
+                let (value, slope) = switch.at(self.square[k] * self.inverse[k]);
+                self.force[k] = self.force[k] * value + self.near_field[k] * slope;
+                self.near_field[k] *= value;
+            }
+        }
+        let reach = square_of(field.cutoff);
+        for k in 0..len {
+            let inside = self.square[k] <= reach;
+            self.force[k] = if inside { self.force[k] } else { 0.0 };
+        }
+        if ENERGY {
+            for k in 0..len {
+                let inside = self.square[k] <= reach;
+                self.near_field[k] = if inside { self.near_field[k] } else { 0.0 };
+            }
+        }
+    }
+
+    /// Adds binding (13) to `force` (and sets `binding`).
+    #[inline(always)]
+    fn bind<const ENERGY: bool>(&mut self, field: &Field, i: usize, partners: Partners<'_>, count: usize) {
+        let Some(binding) = &field.binding else { return };
+        let len = self.len.min(BLOCK);
+        let own = binding.radius[i];
+        partners.map(&binding.radius, count, &mut self.sum, |other| binding.range * (other + own));
+        let mut any = false;
+        for k in 0..len {
+            any |= self.square[k] <= self.sum[k] * self.sum[k];
+        }
+        if !any {
+            self.binding[..len].fill(0.0);
+            return;
+        }
+        binding.power.block(len, &self.square, &self.inverse, &mut self.power);
+        if ENERGY {
+            binding.power.potential_block(len, &self.square, &self.inverse, &self.power, &mut self.potential);
+            // The same potential at the activation distance, which differs from pair to pair.
+            let (mut square, mut inverse) = ([1.0; BLOCK], [1.0; BLOCK]);
+            for k in 0..len {
+                square[k] = self.sum[k] * self.sum[k];
+                inverse[k] = 1.0 / self.sum[k];
+            }
+            let (mut power, mut shift) = ([0.0; BLOCK], [0.0; BLOCK]);
+            binding.power.block(len, &square, &inverse, &mut power);
+            binding.power.potential_block(len, &square, &inverse, &power, &mut shift);
+            for k in 0..len {
+                self.binding[k] = binding.strength * (self.potential[k] - shift[k]);
+            }
+        }
+        for k in 0..len {
+            self.power[k] *= binding.strength;
+        }
+        if let Some(weight) = &binding.weight {
+            let own = weight[i];
+            partners.map(weight, count, &mut self.potential, |other| other * own);
+            for k in 0..len {
+                self.power[k] *= self.potential[k];
+                self.binding[k] *= self.potential[k];
+            }
+        }
+        for k in 0..len {
+            let active = self.square[k] <= self.sum[k] * self.sum[k];
+            self.force[k] += if active { self.power[k] } else { 0.0 };
+            self.binding[k] = if active { self.binding[k] } else { 0.0 };
+        }
+    }
+
+    /// Adds the block's forces to lanes of x, y and z.
+    #[inline(always)]
+    fn add_forces(&mut self, lanes: &mut [[f64; LANES]; 3]) {
+        let len = self.len.min(BLOCK);
+        for k in 0..len {
+            self.force[k] *= self.inverse[k];
+        }
+        for (axis, lane) in lanes.iter_mut().enumerate() {
+            add_product(lane, &self.force[..len], &self.d[axis][..len]);
+        }
+    }
+
+    /// Adds the block's near-field and binding energy to two lanes.
+    #[inline(always)]
+    fn add_energies(&self, lanes: &mut [[f64; LANES]; 3]) {
+        let len = self.len.min(BLOCK);
+        for (lane, energy) in lanes.iter_mut().zip([&self.near_field, &self.binding]) {
+            for chunk in energy[..len].chunks_exact(LANES) {
+                for l in 0..LANES {
+                    lane[l] += chunk[l];
+                }
+            }
+        }
+    }
+}
+
+/// lane += a * b, eight at a time.
+#[inline(always)]
+fn add_product(lane: &mut [f64; LANES], a: &[f64], b: &[f64]) {
+    for (a, b) in a.chunks_exact(LANES).zip(b.chunks_exact(LANES)) {
+        for l in 0..LANES {
+            lane[l] += a[l] * b[l];
+        }
+    }
+}
+
+/// The square, without overflow to infinity: an infinitely distant surplus lane must stay outside.
+#[inline(always)]
+fn square_of(distance: f64) -> f64 {
+    let square = distance * distance;
+    if square < f64::MAX { square } else { f64::MAX }
+}

@@ -1,0 +1,200 @@
+//! The staggered fixed-point iteration of one attempt at a step, (43)-(50) and (55) steps 1 to 4.
+//!
+//! Positions are solved for with temperatures held, temperatures with positions held, in turn, until both stand still.
+//! In `consistent` temperatures act on motion through impacts only, which are solved at the step's end; they need no
+//! iteration there and their errors are zero.
+
+use crate::assembly::Model;
+use crate::contact::Touch;
+use crate::contact::latched::{LatchedContacts, Situation};
+use crate::convergence::{Convergence, Verdict};
+use crate::scene::ModelKind;
+use crate::state::{Columns, Particles, State};
+
+/// What a step starts from.
+#[derive(Clone, Copy, Debug)]
+pub struct Start<'a> {
+    /// Radii, masses, charges.
+    pub particles: &'a Particles,
+    /// r^L, v^L, theta^L.
+    pub state: &'a State,
+    /// a^L of the fields [m/s^2]; empty where there are none.
+    pub acceleration: &'a Columns,
+}
+
+/// Iterates of a step. Columns of effects that a scene does not have are empty.
+#[derive(Clone, Debug)]
+pub struct Stagger {
+    /// r^K [m].
+    pub position: Columns,
+    previous_position: Columns,
+    /// theta^K [K]; empty where temperatures are not iterated.
+    pub temperature: Vec<f64>,
+    previous_temperature: Vec<f64>,
+    /// Forces of the field and from outside at r^(K-1) [N].
+    pub field_force: Columns,
+    /// Mean contact forces over the step [N]; `paper` only.
+    pub contact_force: Columns,
+    /// Reaction heat of every particle in the step [J]; empty without reaction.
+    pub heat: Vec<f64>,
+    /// Contacts of the step; `paper` only.
+    pub latched: LatchedContacts,
+    touches: Vec<Touch>,
+    /// Errors of the iterations.
+    pub sweeps: Convergence,
+    /// Unordered pairs looked at for forces.
+    pub pairs_evaluated: u64,
+}
+
+impl Stagger {
+    /// Space for n particles.
+    #[must_use]
+    pub fn new(model: &Model, n: usize, sweeps: Convergence) -> Self {
+        let columns = |wanted: bool| Columns::zeros(if wanted { n } else { 0 });
+        let values = |wanted: bool| vec![0.0; if wanted { n } else { 0 }];
+        let latched = model.kind == ModelKind::Paper && model.contact.is_some();
+        let coupled = model.kind == ModelKind::Paper && model.heat_capacity.is_some();
+        let reacts = model.contact.as_ref().is_some_and(|contact| contact.reaction.is_some());
+        Self {
+            position: Columns::zeros(n),
+            previous_position: Columns::zeros(n),
+            temperature: values(coupled),
+            previous_temperature: values(coupled),
+            field_force: columns(model.has_forces()),
+            contact_force: columns(latched),
+            heat: values(latched && reacts),
+            latched: LatchedContacts::default(),
+            touches: Vec::new(),
+            sweeps,
+            pairs_evaluated: 0,
+        }
+    }
+
+    /// Iterates until the errors pass or the attempt has to be given up.
+    pub fn solve(&mut self, model: &mut Model, start: &Start<'_>, dt: f64) -> Verdict {
+        self.predict(model, start, dt);
+        loop {
+            self.field_forces(model);
+            self.contact_forces(model, start, dt);
+            self.positions(model, start, dt);
+            self.temperatures(model, start, dt);
+            match self.note(start) {
+                Verdict::Continue => {}
+                verdict => return verdict,
+            }
+        }
+    }
+
+    /// r^0 = r^L + dt v^L + dt^2 a^L with the integrator's weights; theta^0 = theta^L.
+    fn predict(&mut self, model: &Model, start: &Start<'_>, dt: f64) {
+        self.sweeps.restart();
+        self.latched.clear();
+        let weight = dt * dt * model.integrator.position_sum();
+        let [r, v, a] = [&start.state.position, &start.state.velocity, start.acceleration].map(Columns::axes);
+        for (axis, next) in self.position.axes_mut().into_iter().enumerate() {
+            for (i, next) in next.iter_mut().enumerate() {
+                *next = r[axis][i] + dt * v[axis][i];
+            }
+            for (next, a) in next.iter_mut().zip(a[axis]) {
+                *next += weight * a;
+            }
+        }
+        if let (false, Some(theta)) = (self.temperature.is_empty(), &start.state.temperature) {
+            self.temperature.copy_from_slice(theta);
+        }
+    }
+
+    /// Psi of the near field, binding and outside at r^(K-1).
+    fn field_forces(&mut self, model: &mut Model) {
+        std::mem::swap(&mut self.position, &mut self.previous_position);
+        std::mem::swap(&mut self.temperature, &mut self.previous_temperature);
+        if model.has_forces() {
+            self.pairs_evaluated += model.forces(&self.previous_position, &mut self.field_force);
+        }
+    }
+
+    /// Mean contact forces and reaction heat, from r^(K-1) and theta^(K-1); `paper` only.
+    fn contact_forces(&mut self, model: &mut Model, start: &Start<'_>, dt: f64) {
+        let (Some(law), Some(search), false) = (&model.contact, &mut model.search, self.contact_force.is_empty())
+        else {
+            return;
+        };
+        for axis in self.contact_force.axes_mut() {
+            axis.fill(0.0);
+        }
+        self.heat.fill(0.0);
+        search.touching(&self.previous_position, start.particles, &model.domain, &mut self.touches);
+        let situation = Situation {
+            particles: start.particles,
+            domain: &model.domain,
+            position: &self.previous_position,
+            velocity: &start.state.velocity,
+            field_force: (!self.field_force.is_empty()).then_some(&self.field_force),
+            temperature: (!self.temperature.is_empty()).then_some(&self.previous_temperature),
+        };
+        self.latched.latch(&self.touches, &situation);
+        let heat = (!self.heat.is_empty()).then_some(self.heat.as_mut_slice());
+        self.latched.act(law, &situation, dt, &mut self.contact_force, heat);
+    }
+
+    /// r^K = r^L + dt v^L + dt^2/m Psi(r^(K-1)), equation (50), with the integrator's weights.
+    fn positions(&mut self, model: &Model, start: &Start<'_>, dt: f64) {
+        let integrator = &model.integrator;
+        let (new, old) = (dt * dt * integrator.position_new, dt * dt * integrator.position_old);
+        let contact = dt * dt * integrator.position_sum();
+        let mass = &start.particles.mass;
+        let [r, v, a] = [&start.state.position, &start.state.velocity, start.acceleration].map(Columns::axes);
+        let (field, contacts) = (self.field_force.axes(), self.contact_force.axes());
+        for (axis, next) in self.position.axes_mut().into_iter().enumerate() {
+            for (i, next) in next.iter_mut().enumerate() {
+                *next = r[axis][i] + dt * v[axis][i];
+            }
+            for (i, (next, force)) in next.iter_mut().zip(field[axis]).enumerate() {
+                *next += new * (force / mass[i]) + old * a[axis][i];
+            }
+            for (i, (next, force)) in next.iter_mut().zip(contacts[axis]).enumerate() {
+                *next += contact * (force / mass[i]);
+            }
+        }
+    }
+
+    /// theta^K from theta^L by reaction heat (38) and exchange (42); `paper` only.
+    fn temperatures(&mut self, model: &Model, start: &Start<'_>, dt: f64) {
+        let (false, Some(theta)) = (self.temperature.is_empty(), &start.state.temperature) else { return };
+        self.temperature.copy_from_slice(theta);
+        self.add_heat(model, start.particles);
+        if let Some(exchange) = &model.exchange {
+            exchange.advance(dt, &mut self.temperature);
+        }
+    }
+
+    /// Stage I, equation (38).
+    fn add_heat(&mut self, model: &Model, particles: &Particles) {
+        let Some(capacity) = model.heat_capacity else { return };
+        for ((theta, heat), mass) in self.temperature.iter_mut().zip(&self.heat).zip(&particles.mass) {
+            *theta += heat / (mass * capacity);
+        }
+    }
+
+    /// Errors of iteration K.
+    fn note(&mut self, start: &Start<'_>) -> Verdict {
+        let temperatures = if self.temperature.is_empty() {
+            // Not iterated: the error is zero, and said to be.
+            start.state.temperature.is_some().then_some((&[][..], &[][..]))
+        } else {
+            Some((self.previous_temperature.as_slice(), self.temperature.as_slice()))
+        };
+        self.sweeps.note((&self.previous_position, &self.position), temperatures)
+    }
+
+    /// The up to two particles that moved most in the last iteration.
+    #[must_use]
+    pub fn most_moved(&self) -> Vec<u32> {
+        let mut moved: Vec<(f64, u32)> = (0..self.position.len())
+            .map(|i| ((self.position.get(i) - self.previous_position.get(i)).norm(), i as u32))
+            .collect();
+        // NaN counts as most; equal moves in order of number.
+        moved.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        moved.iter().take(2).filter(|(size, _)| *size > 0.0 || size.is_nan()).map(|&(_, i)| i).collect()
+    }
+}

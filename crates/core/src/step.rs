@@ -1,0 +1,346 @@
+//! One step of the solver, as the paper's loop (55) has it: attempts, until one is accepted.
+
+use crate::contact::resolve::{Bodies, resolve};
+use crate::contact::search::TOUCHING;
+use crate::convergence::Verdict;
+use crate::diagnostics::{Level, Notice, RejectedAttempt, RejectionCause, StepDiagnostics};
+use crate::error::RunError;
+use crate::impact::Partner;
+use crate::scene::ModelKind;
+use crate::simulation::{OnceNotice, Simulation};
+use crate::stagger::Start;
+use crate::state::Columns;
+use crate::step_control::{Attempt, Decision, MAX_ATTEMPTS, TRAVEL_SHARE};
+use nalgebra::Vector3;
+
+impl Simulation {
+    /// One accepted step from t to t + dt, dt at most what is left of the run.
+    pub(crate) fn step(&mut self) -> Result<(), RunError> {
+        let left = self.duration - self.time;
+        let mut dt = self.next_dt.min(left);
+        self.begin_step();
+        loop {
+            let start = Start { particles: &self.particles, state: &self.state, acceleration: &self.acceleration };
+            let verdict = self.stagger.solve(&mut self.model, &start, dt);
+            let attempt = self.attempt(dt, verdict);
+            match self.control.decide(&self.stagger.sweeps, &attempt) {
+                Decision::Accept { next_dt } => {
+                    // The last step is clipped; what would have followed is kept for a run that goes on.
+                    let clipped = left < self.next_dt && dt == left;
+                    self.next_dt = if clipped { self.next_dt } else { next_dt };
+                    return self.accept(&attempt);
+                }
+                Decision::Reject { cause, retry_dt } => dt = self.reject(cause, dt, retry_dt)?,
+            }
+        }
+    }
+
+    fn begin_step(&mut self) {
+        self.impacts.clear();
+        self.notices.clear();
+        self.diagnostics = StepDiagnostics::default();
+        self.stagger.pairs_evaluated = 0;
+    }
+
+    /// What the step control needs to know about an attempt.
+    fn attempt(&self, dt: f64, verdict: Verdict) -> Attempt {
+        let consistent = self.model.kind == ModelKind::Consistent && verdict == Verdict::Converged;
+        Attempt {
+            dt,
+            verdict,
+            local_error: consistent.then(|| self.local_error(dt) / self.tolerance),
+            travel: (consistent && self.model.contact.is_some()).then(|| self.travel()),
+        }
+    }
+
+    /// Largest difference between r' and the third-order r + dt v + dt^2 (a/3 + a'/6), over the mean diameter [-].
+    fn local_error(&self, dt: f64) -> f64 {
+        let integrator = &self.model.integrator;
+        let (new, old) = (integrator.position_new - 1.0 / 6.0, integrator.position_old - 1.0 / 3.0);
+        let largest = (0..self.acceleration.len())
+            .map(|i| {
+                let a = self.stagger.field_force.get(i) / self.particles.mass[i];
+                (a * new + self.acceleration.get(i) * old).norm_squared()
+            })
+            .fold(0.0, f64::max);
+        dt * dt * largest.sqrt() / self.model.mean_diameter
+    }
+
+    /// Bound on how far any two (or one and a wall) came nearer, over what contacts allow in a step [-].
+    fn travel(&self) -> f64 {
+        let (from, to) = (&self.state.position, &self.stagger.position);
+        let n = from.len();
+        let moved = |i: usize| to.get(i) - from.get(i);
+        let mean = (0..n).map(moved).sum::<Vector3<f64>>() / n as f64;
+        let farthest = |from: Vector3<f64>| (0..n).map(|i| (moved(i) - from).norm_squared()).fold(0.0, f64::max).sqrt();
+        let between = if n > 1 { 2.0 * farthest(mean) } else { 0.0 };
+        let to_walls = if self.model.domain.walls.is_empty() { 0.0 } else { farthest(Vector3::zeros()) };
+        between.max(to_walls) / (TRAVEL_SHARE * self.model.smallest_diameter)
+    }
+
+    /// Takes the last iterate as the new state, then exchange, impacts, books.
+    fn accept(&mut self, attempt: &Attempt) -> Result<(), RunError> {
+        let dt = attempt.dt;
+        self.time += dt;
+        self.move_particles(dt);
+        self.exchange_heat(dt);
+        match self.model.kind {
+            ModelKind::Paper => self.report_latched(),
+            ModelKind::Consistent => self.resolve_impacts(dt),
+        }
+        self.book_outside_impulse(dt);
+        self.look_around();
+        self.fill_diagnostics(attempt);
+        self.check_finite()
+    }
+
+    /// r' and v' of the accepted iterate; a' for the next step; wraps into the periodic box.
+    fn move_particles(&mut self, dt: f64) {
+        let integrator = &self.model.integrator;
+        let (new, old) = (dt * integrator.velocity_new, dt * integrator.velocity_old);
+        let mass = &self.particles.mass;
+        self.previous_velocity.copy_from(&self.state.velocity);
+        let (field, contacts) = (self.stagger.field_force.axes(), self.stagger.contact_force.axes());
+        let axes = self.state.velocity.axes_mut().into_iter().zip(self.acceleration.axes_mut());
+        for (axis, (v, a)) in axes.enumerate() {
+            for (i, force) in field[axis].iter().enumerate() {
+                let next = force / mass[i];
+                v[i] += new * next + old * a[i];
+                a[i] = next;
+            }
+            for (i, force) in contacts[axis].iter().enumerate() {
+                v[i] += dt * (force / mass[i]);
+            }
+        }
+        std::mem::swap(&mut self.state.position, &mut self.stagger.position);
+        let (external, totals) = (&self.model.external, &mut self.totals);
+        self.model.domain.wrap(&mut self.state.position, |i, axis, shift| {
+            if let Some(external) = external {
+                totals.periodic_work -= external.component(i, axis) * shift;
+            }
+        });
+    }
+
+    /// Stage I of `paper`'s contacts and stage II of both models, with their heat booked.
+    fn exchange_heat(&mut self, dt: f64) {
+        let (Some(theta), Some(capacity)) = (&mut self.state.temperature, self.model.heat_capacity) else { return };
+        for ((theta, heat), mass) in theta.iter_mut().zip(&self.stagger.heat).zip(&self.particles.mass) {
+            *theta += heat / (mass * capacity);
+        }
+        if let Some(exchange) = &self.model.exchange {
+            let exchanged = exchange.advance_and_book(dt, theta);
+            self.totals.convected += exchanged.convected;
+            self.totals.radiated += exchanged.radiated;
+        }
+    }
+
+    /// `paper`: contacts acted during the step.
+    fn report_latched(&mut self) {
+        let Some(law) = &self.model.contact else { return };
+        self.diagnostics.contacts = self.stagger.latched.len() as u64;
+        self.diagnostics.rounds = u64::from(!self.stagger.latched.is_empty());
+        self.stagger.latched.report(
+            self.time,
+            &self.particles,
+            &self.state.position,
+            (&self.previous_velocity, &self.state.velocity),
+            law.friction.is_some(),
+            &mut self.impacts,
+        );
+        self.book_impacts();
+        for impact in &self.impacts {
+            if let Partner::Wall(_) = impact.partner {
+                for k in 0..3 {
+                    self.totals.outside_impulse[k] +=
+                        impact.tangential_impulse[k] - impact.normal_impulse * impact.normal[k];
+                }
+            }
+        }
+    }
+
+    /// `consistent`: impacts happen now.
+    fn resolve_impacts(&mut self, dt: f64) {
+        let (Some(law), Some(search)) = (&self.model.contact, &mut self.model.search) else { return };
+        search.touching(&self.state.position, &self.particles, &self.model.domain, &mut self.touches);
+        if self.touches.is_empty() {
+            return;
+        }
+        let mut bodies = Bodies {
+            particles: &self.particles,
+            domain: &self.model.domain,
+            position: &self.state.position,
+            velocity: &mut self.state.velocity,
+            temperature: self.state.temperature.as_mut(),
+            acceleration: &self.acceleration,
+            dt,
+            heat_capacity: self.model.heat_capacity.unwrap_or(f64::INFINITY),
+        };
+        let resolution = resolve(law, &self.touches, self.time, &mut bodies, &mut self.impacts);
+        self.diagnostics.contacts = resolution.contacts;
+        self.diagnostics.resting = resolution.resting;
+        self.diagnostics.rounds = resolution.rounds;
+        self.totals.resting_loss += resolution.resting_loss;
+        for k in 0..3 {
+            self.totals.outside_impulse[k] += resolution.wall_impulse[k];
+        }
+        if resolution.resting > 0 {
+            let speed = law.rest_speed;
+            self.notice_once(
+                OnceNotice::Resting,
+                Level::Info,
+                format!(
+                    "first resting contact: it approached slower than contact.rest_speed = {speed} m/s or than twice what \
+                     the fields added in the step"
+                ),
+            );
+        }
+        self.book_impacts();
+    }
+
+    fn book_impacts(&mut self) {
+        for impact in &self.impacts {
+            self.totals.impact_loss += impact.normal_loss();
+            self.totals.friction_loss += impact.friction_loss();
+            let hit = if matches!(impact.partner, Partner::Particle(_)) { 2.0 } else { 1.0 };
+            self.totals.reaction_heat += hit * impact.heat;
+        }
+    }
+
+    fn book_outside_impulse(&mut self, dt: f64) {
+        if let Some(external) = &self.model.external {
+            let impulse = external.total() * dt;
+            for k in 0..3 {
+                self.totals.outside_impulse[k] += impulse[k];
+            }
+        }
+    }
+
+    /// Bonds and the deepest overlap at the step's end.
+    fn look_around(&mut self) {
+        let Some(search) = &mut self.model.search else { return };
+        let factor = self.model.bond_range.unwrap_or(0.0).max(1.0);
+        let pairs = search.close(&self.state.position, &self.particles, &self.model.domain, factor);
+        if self.model.bond_range.is_some() {
+            self.diagnostics.bonds = Some(pairs.len() as u64);
+        }
+        let mut deepest = self.counters.max_overlap;
+        for pair in pairs {
+            let touch = self.particles.radius[pair.i as usize] + self.particles.radius[pair.j as usize];
+            // Touching within round-off is no overlap.
+            if pair.square < touch * touch * (1.0 - TOUCHING) {
+                deepest = deepest.max(touch - pair.square.sqrt());
+            }
+        }
+        for wall in &self.model.domain.walls {
+            for (i, radius) in self.particles.radius.iter().enumerate() {
+                deepest = deepest.max(radius - wall.distance(&self.state.position.get(i)));
+            }
+        }
+        self.counters.max_overlap = deepest;
+    }
+
+    fn fill_diagnostics(&mut self, attempt: &Attempt) {
+        let sweeps = &self.stagger.sweeps;
+        let diagnostics = &mut self.diagnostics;
+        diagnostics.dt = attempt.dt;
+        diagnostics.position_errors.clone_from(&sweeps.position);
+        diagnostics.temperature_errors.clone_from(&sweeps.temperature);
+        diagnostics.violation = sweeps.violation;
+        diagnostics.scaling = self.control.scaling;
+        diagnostics.contraction = match sweeps.position.as_slice() {
+            [.., before, last] if *before > 0.0 => last / before,
+            _ => f64::NAN,
+        };
+        diagnostics.local_error = attempt.local_error.map(|error| error * self.tolerance);
+        diagnostics.pairs_evaluated = self.stagger.pairs_evaluated;
+        self.counters.steps += 1;
+        self.counters.iterations += diagnostics.iterations();
+        self.counters.rejected_steps += diagnostics.rejected.len() as u64;
+        self.counters.impacts += self.impacts.len() as u64;
+        self.counters.pair_evaluations += diagnostics.pairs_evaluated;
+        if self.control.fixed && attempt.travel.is_some_and(|travel| travel > 1.0) {
+            self.notice_once(
+                OnceNotice::Travel,
+                Level::Warning,
+                format!(
+                    "with solver.step.fixed particles move more than {TRAVEL_SHARE} of a diameter in a step at t = {} s: \
+                     impacts are seen late or missed; a smaller or adaptive step sees them",
+                    self.time
+                ),
+            );
+        }
+    }
+
+    /// Notes a rejected attempt, and gives the next step or gives up.
+    fn reject(&mut self, cause: RejectionCause, dt: f64, retry_dt: f64) -> Result<f64, RunError> {
+        let sweeps = &self.stagger.sweeps;
+        let violation = sweeps.violation;
+        self.diagnostics.rejected.push(RejectedAttempt {
+            dt,
+            cause,
+            iterations: sweeps.iterations() as u64,
+            violation,
+            particle: sweeps.worst,
+        });
+        let attempts = self.diagnostics.rejected.len() as u64;
+        let too_small = retry_dt < self.control.min;
+        if !self.control.fixed && !too_small && attempts < MAX_ATTEMPTS {
+            return Ok(retry_dt);
+        }
+        let particles = self.stagger.most_moved();
+        let advice = self.advice(cause);
+        let time = self.time;
+        Err(if too_small && !self.control.fixed {
+            RunError::StepTooSmall { time, dt: retry_dt, min: self.control.min, cause, particles, violation, advice }
+        } else {
+            RunError::TooManyRejections { time, dt, attempts, cause, particles, violation, advice }
+        })
+    }
+
+    fn advice(&self, cause: RejectionCause) -> String {
+        let fixed = if self.control.fixed { "a smaller solver.step.fixed or an adaptive step, " } else { "" };
+        let rest = match cause {
+            RejectionCause::NotConverged => "a larger solver.tolerance or solver.max_iterations, or weaker forces",
+            RejectionCause::LocalError => "a larger solver.tolerance.position or a smaller solver.step.min",
+            RejectionCause::NotFinite => {
+                "particles farther apart at the start, a contact section, or a repulsion that keeps them apart"
+            }
+            RejectionCause::Travel => "a smaller solver.step.min",
+        };
+        format!("try {fixed}{rest}")
+    }
+
+    fn check_finite(&self) -> Result<(), RunError> {
+        let bad = |columns: &Columns| {
+            (0..columns.len())
+                .find_map(|i| columns.get(i).iter().copied().find(|x| !x.is_finite()).map(|value| (i as u32, value)))
+        };
+        let temperature = self.state.temperature.as_ref().and_then(|theta| {
+            let i = theta.iter().position(|theta| !theta.is_finite())?;
+            Some((i as u32, theta[i]))
+        });
+        let found = [("velocity", bad(&self.state.velocity)), ("position", bad(&self.state.position))]
+            .into_iter()
+            .chain([("temperature", temperature)])
+            .find_map(|(quantity, found)| found.map(|(particle, value)| (quantity, particle, value)));
+        match found {
+            None => Ok(()),
+            Some((quantity, particle, value)) => Err(RunError::NotFinite {
+                time: self.time,
+                particle,
+                quantity,
+                value,
+                advice: self.advice(RejectionCause::NotFinite),
+            }),
+        }
+    }
+
+    /// Says something the first time it happens in a run.
+    pub(crate) fn notice_once(&mut self, which: OnceNotice, level: Level, message: String) {
+        let bit = 1 << which as u64;
+        if self.notices_given & bit == 0 {
+            self.notices_given |= bit;
+            self.notices.push(Notice { level, message });
+        }
+    }
+}

@@ -1,0 +1,164 @@
+//! Step size: equations (51), (54), (55) steps 5 and 6, and in `consistent` the bound on the discretisation error.
+
+use crate::convergence::{Convergence, Verdict};
+use crate::diagnostics::RejectionCause;
+use crate::scene::{ModelKind, Scene};
+
+/// The paper's p: the contraction of the iteration goes like dt^2.
+const P: f64 = 2.0;
+/// Errors below this count as zero, and their field leaves the step alone (rule 2(b) of the reproduced tables).
+const ZERO: f64 = 1e-14;
+/// `consistent`: largest growth and shrinkage of a step, against chatter.
+const GROWTH: f64 = 2.0;
+const SHRINKAGE: f64 = 0.2;
+/// `consistent`: aim below the tolerance, so that few steps are rejected.
+const SAFETY: f64 = 0.9;
+/// Attempts at one step before the run is given up.
+pub const MAX_ATTEMPTS: u64 = 60;
+/// The share of the local error that the iteration may leave.
+pub const ITERATION_SHARE: f64 = 0.01;
+/// `consistent`: no pair may come nearer than this share of the smallest diameter in one step, so that impacts found at
+/// step ends are found early. A hundredth costs five times the steps and gains nothing that located impacts do not.
+pub const TRAVEL_SHARE: f64 = 0.05;
+
+/// What to do with an attempt.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Decision {
+    /// Keep it, and go on with this step [s].
+    Accept {
+        /// Next step [s].
+        next_dt: f64,
+    },
+    /// Try again with a smaller step.
+    Reject {
+        /// Why.
+        cause: RejectionCause,
+        /// Step of the next attempt [s].
+        retry_dt: f64,
+    },
+}
+
+/// What an attempt at a step looked like.
+#[derive(Clone, Copy, Debug)]
+pub struct Attempt {
+    /// Its step [s].
+    pub dt: f64,
+    /// How the iteration ended.
+    pub verdict: Verdict,
+    /// Local discretisation error over the position tolerance [-]; `None` in `paper`.
+    pub local_error: Option<f64>,
+    /// Largest approach of any pair over what contacts allow [-]; `None` without contacts or in `paper`.
+    pub travel: Option<f64>,
+}
+
+/// Decides on attempts.
+#[derive(Clone, Debug)]
+pub struct StepControl {
+    model: ModelKind,
+    /// First step [s].
+    pub initial: f64,
+    /// Largest step dt_lim [s].
+    pub max: f64,
+    /// Smallest step [s].
+    pub min: f64,
+    /// Whether the step never changes.
+    pub fixed: bool,
+    tolerance: (f64, f64),
+    max_iterations: f64,
+    order: u32,
+    /// Phi_K of the last attempt, equation (54) [-].
+    pub scaling: f64,
+}
+
+impl StepControl {
+    /// From a scene's `solver` section; `order` is the integrator's.
+    #[must_use]
+    pub fn new(scene: &Scene, order: u32) -> Self {
+        let step = &scene.solver.step;
+        let (initial, max, min) = match step.fixed {
+            Some(fixed) => (fixed, fixed, 0.0),
+            None => {
+                let initial = step.initial.unwrap_or(step.max.map_or(1e-3, |max| max.min(1e-3)));
+                let max = step.max.unwrap_or(initial.max(1e-2));
+                (initial, max, step.min.unwrap_or((1e-6 * initial).min(1e-10)))
+            }
+        };
+        Self {
+            model: scene.model,
+            initial,
+            max,
+            min,
+            fixed: step.fixed.is_some(),
+            tolerance: (scene.solver.tolerance.position, scene.solver.tolerance.temperature),
+            max_iterations: f64::from(scene.solver.max_iterations),
+            order,
+            scaling: 1.0,
+        }
+    }
+
+    /// Decides on an attempt whose iteration errors are in `sweeps`.
+    pub fn decide(&mut self, sweeps: &Convergence, attempt: &Attempt) -> Decision {
+        let dt = attempt.dt;
+        self.scaling = self.iteration_scaling(sweeps);
+        match attempt.verdict {
+            Verdict::NotFinite => return Decision::Reject { cause: RejectionCause::NotFinite, retry_dt: 0.25 * dt },
+            Verdict::Exhausted | Verdict::Continue => {
+                // Phi_K should be below one here; where it is not the same attempt would only be repeated.
+                let scaling = if self.scaling < 0.9 { self.scaling.max(0.01) } else { 0.9 };
+                return Decision::Reject { cause: RejectionCause::NotConverged, retry_dt: scaling * dt };
+            }
+            Verdict::Converged => {}
+        }
+        if self.fixed {
+            return Decision::Accept { next_dt: dt };
+        }
+        let next_dt = match self.model {
+            ModelKind::Paper => self.scaling * dt,
+            ModelKind::Consistent => {
+                let local = self.error_scaling(attempt.local_error.unwrap_or(0.0));
+                let travel = attempt.travel.map_or(GROWTH, |travel| (SAFETY / travel).min(GROWTH));
+                if attempt.local_error.is_some_and(|error| error > 1.0) {
+                    return Decision::Reject { cause: RejectionCause::LocalError, retry_dt: local.min(0.9) * dt };
+                }
+                if attempt.travel.is_some_and(|travel| travel > 1.0) {
+                    return Decision::Reject {
+                        cause: RejectionCause::Travel,
+                        retry_dt: (SAFETY / travel).clamp(SHRINKAGE, 0.9) * dt,
+                    };
+                }
+                let iteration = if sweeps.iterations() == 1 { GROWTH } else { self.scaling };
+                local.min(travel).min(iteration).max(SHRINKAGE) * dt
+            }
+        };
+        Decision::Accept { next_dt: next_dt.min(self.max).max(self.min) }
+    }
+
+    /// Phi_K of (54): the factor that would have met the tolerance in exactly K_d iterations.
+    fn iteration_scaling(&self, sweeps: &Convergence) -> f64 {
+        let k = sweeps.iterations();
+        // Rule 2(b): a step that passes in one iteration is left alone.
+        if k <= 1 {
+            return 1.0;
+        }
+        let (share, neutral) = match self.model {
+            ModelKind::Paper => (1.0, 1.0),
+            ModelKind::Consistent => (ITERATION_SHARE, GROWTH),
+        };
+        let field = |errors: &[f64], tolerance: f64| match (errors.first(), errors.last()) {
+            (Some(&first), Some(&last)) if first > ZERO && last > ZERO => {
+                libm::pow(tolerance / first, 1.0 / (P * self.max_iterations))
+                    / libm::pow(last / first, 1.0 / (P * k as f64))
+            }
+            _ => neutral,
+        };
+        field(&sweeps.position, share * self.tolerance.0).min(field(&sweeps.temperature, share * self.tolerance.1))
+    }
+
+    /// The factor that brings the local error, which goes like dt^(order + 1), to the tolerance.
+    fn error_scaling(&self, error: f64) -> f64 {
+        if error == 0.0 {
+            return GROWTH;
+        }
+        (SAFETY * libm::pow(error, -1.0 / f64::from(self.order + 1))).clamp(SHRINKAGE, GROWTH)
+    }
+}

@@ -1,0 +1,228 @@
+//! The messages of a log, typed, in the order in which they were written.
+
+use std::collections::BTreeMap;
+use std::io::{Read, Seek};
+
+use agglo_core::checkpoint::Checkpoint;
+use agglo_core::diagnostics::{Notice, StepDiagnostics};
+use agglo_core::impact::Impact;
+use agglo_core::ledger::{Ledger, Momentum};
+use agglo_core::observer::Clusters;
+use agglo_core::state::Particles;
+use agglo_record::channels::{Topic, by_name};
+use agglo_record::cloud::{self, Frame};
+use agglo_record::convert::{self, Malformed};
+use agglo_record::proto::agglo::v1;
+use agglo_record::proto::foxglove;
+use mcap::records::{Record, op};
+use prost::Message as _;
+
+use crate::container::{ChunkReader, ChunkRef, Fault};
+use crate::error::{Damage, LogError};
+use crate::log::Log;
+
+/// A message of a log.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Entry {
+    /// Time [s].
+    pub t: f64,
+    /// Step number; 0 is the start.
+    pub step: u64,
+    /// What it says.
+    pub message: Message,
+}
+
+/// What a message says.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Message {
+    /// Radii, masses, charges: the first message.
+    Static(Particles),
+    /// A recorded state.
+    Particles(Frame),
+    /// Iterations and step control.
+    Diagnostics(StepDiagnostics),
+    /// Energies and momentum.
+    Energy(Ledger, Momentum),
+    /// Cluster counts; which cluster a particle is in stands in [`Frame::cluster`], so `of` is empty here.
+    Clusters(Clusters),
+    /// The impacts of a step.
+    Impacts(Vec<Impact>),
+    /// All that is needed to go on from here.
+    Checkpoint(Box<Checkpoint>),
+    /// A message for people.
+    Log(Notice),
+    /// Spheres for viewers: the state once more, drawn.
+    Scene,
+}
+
+impl Message {
+    fn decode(topic: Topic, data: &[u8]) -> Result<Entry, Malformed> {
+        let cut = |error: prost::DecodeError| Malformed(error.to_string());
+        Ok(match topic {
+            Topic::ParticlesStatic => {
+                let message = v1::ParticleStatic::decode(data).map_err(cut)?;
+                let (t, step) = (message.t, message.step);
+                Entry { t, step, message: Self::Static(convert::read_particles(message)?) }
+            }
+            Topic::Particles => {
+                let frame = cloud::decode(&foxglove::PointCloud::decode(data).map_err(cut)?)?;
+                Entry { t: frame.t, step: frame.step, message: Self::Particles(frame) }
+            }
+            Topic::Diagnostics => {
+                let message = v1::StepDiagnostics::decode(data).map_err(cut)?;
+                let (t, step) = (message.t, message.step);
+                Entry { t, step, message: Self::Diagnostics(convert::read_diagnostics(message)?) }
+            }
+            Topic::Energy => {
+                let message = v1::EnergyLedger::decode(data).map_err(cut)?;
+                let (t, step) = (message.t, message.step);
+                let (ledger, momentum) = convert::read_energy(message);
+                Entry { t, step, message: Self::Energy(ledger, momentum) }
+            }
+            Topic::Clusters => {
+                let message = v1::Clusters::decode(data).map_err(cut)?;
+                let (t, step) = (message.t, message.step);
+                Entry { t, step, message: Self::Clusters(convert::read_clusters(message)) }
+            }
+            Topic::Impacts => {
+                let message = v1::Impacts::decode(data).map_err(cut)?;
+                let (t, step) = (message.t, message.step);
+                Entry { t, step, message: Self::Impacts(convert::read_impacts(message)?) }
+            }
+            Topic::Checkpoint => {
+                let checkpoint = convert::read_checkpoint(v1::Checkpoint::decode(data).map_err(cut)?)?;
+                let (t, step) = (checkpoint.time, checkpoint.step);
+                Entry { t, step, message: Self::Checkpoint(Box::new(checkpoint)) }
+            }
+            Topic::Log => {
+                let message = foxglove::Log::decode(data).map_err(cut)?;
+                let (t, step) = (message.t, message.step);
+                Entry { t, step, message: Self::Log(convert::read_notice(message)) }
+            }
+            Topic::Scene => {
+                let message = foxglove::SceneUpdate::decode(data).map_err(cut)?;
+                Entry { t: message.t, step: message.step, message: Self::Scene }
+            }
+        })
+    }
+}
+
+/// Iterates over the messages of a log.
+///
+/// A part that is lost comes up as [`LogError::Damaged`] in its place, and a log that was cut off ends with one; the
+/// messages behind it follow if the iteration goes on. After [`LogError::Io`] it ends.
+pub struct Messages<'a, R> {
+    log: &'a mut Log<R>,
+    /// Topics that are wanted; `None`: all.
+    only: Option<Vec<Topic>>,
+    channels: Channels,
+    /// Chunks still to be read, the next one last.
+    chunks: Vec<ChunkRef>,
+    open: Option<(ChunkRef, ChunkReader)>,
+    /// Damage known from the start, which comes up at the end.
+    known: Vec<Damage>,
+}
+
+/// Topic of every channel number that has been met; `None` for topics that this version does not know.
+pub type Channels = BTreeMap<u16, Option<Topic>>;
+
+/// What came out of one record.
+enum Step {
+    Entry(Box<Entry>),
+    Channel(u16, Option<Topic>),
+    Malformed(String),
+    Nothing,
+}
+
+impl<'a, R: Read + Seek> Messages<'a, R> {
+    pub(crate) fn new(log: &'a mut Log<R>, chunks: std::ops::Range<usize>) -> Self {
+        let chunks: Vec<ChunkRef> = log.container.chunks[chunks].iter().rev().copied().collect();
+        let known = log.container.damage.iter().rev().cloned().collect();
+        let channels = log.channels.clone();
+        Self { log, only: None, channels, chunks, open: None, known }
+    }
+
+    /// The same, with the messages of these topics only; the others are not decoded.
+    #[must_use]
+    pub fn only(mut self, topics: &[Topic]) -> Self {
+        self.only = Some(topics.to_vec());
+        self
+    }
+
+    /// The same, without the damage that was known before.
+    pub(crate) fn without_known_damage(mut self) -> Self {
+        self.known.clear();
+        self
+    }
+
+    fn step(&self, opcode: u8, body: &[u8]) -> Step {
+        match opcode {
+            op::CHANNEL => match mcap::parse_record(opcode, body) {
+                Ok(Record::Channel(channel)) => {
+                    Step::Channel(channel.id, by_name(&channel.topic).map(|channel| channel.topic))
+                }
+                _ => Step::Malformed("a channel record".to_owned()),
+            },
+            op::MESSAGE => {
+                // Channel, sequence, log time, publish time; then the message.
+                let Some((head, data)) = body.split_at_checked(2 + 4 + 8 + 8) else {
+                    return Step::Malformed("a message record".to_owned());
+                };
+                let Some(topic) = self.channels.get(&u16::from_le_bytes([head[0], head[1]])) else {
+                    return Step::Malformed("a message on a channel that is not described".to_owned());
+                };
+                let wanted = |topic: &Topic| self.only.as_ref().is_none_or(|only| only.contains(topic));
+                match topic.filter(wanted).map(|topic| Message::decode(topic, data)) {
+                    None => Step::Nothing,
+                    Some(Ok(entry)) => Step::Entry(Box::new(entry)),
+                    Some(Err(malformed)) => Step::Malformed(malformed.to_string()),
+                }
+            }
+            _ => Step::Nothing,
+        }
+    }
+}
+
+impl<R: Read + Seek> Iterator for Messages<'_, R> {
+    type Item = Result<Entry, LogError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            let Some((chunk, mut reader)) = self.open.take() else {
+                match self.chunks.pop() {
+                    Some(chunk) => self.open = Some((chunk, self.log.container.open_chunk(chunk))),
+                    None => return self.known.pop().map(|damage| Err(LogError::Damaged(damage))),
+                }
+                continue;
+            };
+            let lost = |what: String| {
+                let what = format!("a chunk of {} bytes is lost: {what}", chunk.length);
+                LogError::Damaged(Damage { offset: chunk.offset, what })
+            };
+            let mut container = std::mem::take(&mut self.log.reading);
+            let record = self.log.container.next_record(&mut reader, |opcode, body| self.step(opcode, body));
+            container.clear();
+            match record {
+                None => {}
+                Some(Err(Fault::Lost(why))) => return Some(Err(lost(why))),
+                Some(Err(Fault::Io(error))) => {
+                    self.chunks.clear();
+                    self.known.clear();
+                    return Some(Err(error.into()));
+                }
+                Some(Ok(step)) => {
+                    self.open = Some((chunk, reader));
+                    match step {
+                        Step::Entry(entry) => return Some(Ok(*entry)),
+                        Step::Channel(id, topic) => drop(self.channels.insert(id, topic)),
+                        Step::Malformed(what) => {
+                            let what = format!("a message in the chunk from here makes no sense: {what}");
+                            return Some(Err(LogError::Damaged(Damage { offset: chunk.offset, what })));
+                        }
+                        Step::Nothing => {}
+                    }
+                }
+            }
+        }
+    }
+}
