@@ -1,12 +1,13 @@
-//! Tells the program which commit it was built from, if that can be known: from the file that `cargo package` leaves, or
-//! from git where this package is checked out as part of its own repository.
+//! Tells the program which commit it was built from, if that can be known: from the file that `cargo package` leaves,
+//! or from git where this package is checked out as part of its own repository.
 
 use std::path::Path;
 use std::process::Command;
 
 fn main() {
     println!("cargo::rerun-if-changed=build.rs");
-    println!("cargo::rustc-env=AGGLO_COMMIT={}", packaged().or_else(checked_out).unwrap_or_default());
+    let commit = packaged().or_else(checked_out).unwrap_or_else(|| "unknown".to_owned());
+    println!("cargo::rustc-env=AGGLO_COMMIT={commit}");
 }
 
 /// The commit in `.cargo_vcs_info.json`.

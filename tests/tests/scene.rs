@@ -1,6 +1,6 @@
 //! The scene format: what is refused and how, what is accepted and kept, and where particles start.
 
-#![allow(missing_docs)]
+#![allow(missing_docs, clippy::unwrap_used)]
 
 #[path = "scene/corpus.rs"]
 mod corpus;

@@ -18,7 +18,8 @@ pub fn collect(root: &Path) -> Result<Vec<Output>, Failure> {
     let mut outputs = Vec::new();
     for (original, copy, extension) in COPIES {
         let original = Path::new(original);
-        let files = if root.join(original).is_dir() { files_below(root, original)? } else { vec![original.to_path_buf()] };
+        let files =
+            if root.join(original).is_dir() { files_below(root, original)? } else { vec![original.to_path_buf()] };
         for file in files.iter().filter(|file| file.extension().is_some_and(|e| e == *extension)) {
             let below = file.strip_prefix(original)?;
             let path = if below.as_os_str().is_empty() { PathBuf::from(copy) } else { Path::new(copy).join(below) };

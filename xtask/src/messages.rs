@@ -74,9 +74,9 @@ fn in_order(mut files: Vec<FileDescriptorProto>) -> Vec<FileDescriptorProto> {
     files.sort_by(|a, b| a.name().cmp(b.name()));
     let mut ordered: Vec<FileDescriptorProto> = Vec::new();
     while !files.is_empty() {
-        let ready = files.iter().position(|file| {
-            file.dependency.iter().all(|needed| ordered.iter().any(|done| done.name() == needed))
-        });
+        let ready = files
+            .iter()
+            .position(|file| file.dependency.iter().all(|needed| ordered.iter().any(|done| done.name() == needed)));
         // Imports cannot form a circle, or protox would have refused them.
         ordered.push(files.remove(ready.unwrap_or(0)));
     }

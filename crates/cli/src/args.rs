@@ -4,13 +4,14 @@ use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use agglo_core::scene::Setting;
+use agglo_replay::csv::At;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::target::Target;
 
 /// Version of the program.
 pub const VERSION: &str = env!("CARGO_PKG_VERSION");
-/// Commit that the program was built from; empty where it is not known.
+/// Commit that the program was built from; `unknown` outside a repository.
 pub const COMMIT: &str = env!("AGGLO_COMMIT");
 
 /// Direct simulation of charged, colliding, clustering, heating particle clouds, with logs that can be trusted.
@@ -30,7 +31,7 @@ pub struct Cli {
 }
 
 fn long_version() -> String {
-    if COMMIT.is_empty() { VERSION.to_owned() } else { format!("{VERSION} ({COMMIT})") }
+    format!("{VERSION} (commit {COMMIT})")
 }
 
 /// Options of every command.
@@ -191,8 +192,8 @@ pub struct ExportArgs {
     #[arg(long, value_enum)]
     pub format: ExportFormat,
     /// Which states: a time in seconds (the last state at or before it), `end`, or `all`
-    #[arg(long, value_name = "T", default_value = "end", value_parser = moment)]
-    pub at: Moment,
+    #[arg(long, value_name = "T", default_value = "end")]
+    pub at: At,
     /// File to write; `-` writes to standard output
     #[arg(short, long, value_name = "PATH")]
     pub output: Target,
@@ -206,17 +207,6 @@ pub struct ExportArgs {
 pub enum ExportFormat {
     /// Comma-separated values, a line per particle.
     Csv,
-}
-
-/// Which states are exported.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Moment {
-    /// The last state at or before this time [s].
-    Time(f64),
-    /// The last state.
-    End,
-    /// Every state.
-    All,
 }
 
 /// Arguments of `agglo schema`.
@@ -260,15 +250,4 @@ fn setting(text: &str) -> Result<Setting, String> {
         Some(hint) => format!("{}; {hint}", problem.message),
         None => problem.message,
     })
-}
-
-fn moment(text: &str) -> Result<Moment, String> {
-    match text {
-        "end" => Ok(Moment::End),
-        "all" => Ok(Moment::All),
-        time => match time.parse::<f64>() {
-            Ok(time) if time >= 0.0 && time.is_finite() => Ok(Moment::Time(time)),
-            _ => Err("give a time in seconds, at least 0, or `end`, or `all`".to_owned()),
-        },
-    }
 }

@@ -4,7 +4,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use agglo_core::Scene;
-use agglo_core::scene::{ParticleSource, Problem};
+use agglo_core::scene::{ParticleSource, Problem, Setting, locate};
 
 use crate::args::SceneArgs;
 use crate::failure::{Failure, Message, SceneProblems};
@@ -24,14 +24,17 @@ pub struct LoadedScene {
     /// Name of its file, `<stdin>` for standard input.
     pub file: String,
     /// Its text.
-    pub text: String,
+    text: String,
+    /// What was set in it.
+    settings: Vec<Setting>,
     /// Name of its file without folder and ending; `stdin` for standard input.
     pub stem: PathBuf,
 }
 
 impl LoadedScene {
-    /// A failure for problems found later, shown in the scene's text where they say where they are.
-    pub fn failure(&self, problems: Vec<Problem>) -> Failure {
+    /// A failure for problems found later, shown where they are in the scene's text.
+    pub fn failure(&self, mut problems: Vec<Problem>) -> Failure {
+        locate(&mut problems, &self.text, &self.settings);
         Failure::Scene(Box::new(SceneProblems { file: self.file.clone(), text: self.text.clone(), problems }))
     }
 }
@@ -57,17 +60,14 @@ pub fn load(args: &SceneArgs) -> Result<LoadedScene, Failure> {
         Err(problems) => return Err(Failure::Scene(Box::new(SceneProblems { file, text, problems }))),
     };
     let elsewhere = matches!(scene.particles, ParticleSource::File(_) | ParticleSource::Log(_));
-    let problems = match resolve_particles(&mut scene, &base) {
+    let problems = match agglo_replay::resolve_particles(&mut scene, &base) {
         Err(problem) => vec![problem],
         // What the particles' own file lacks, such as charges, is known only now.
         Ok(()) if elsewhere => scene.validate(),
         Ok(()) => Vec::new(),
     };
-    if problems.is_empty() {
-        Ok(LoadedScene { scene, file, text, stem })
-    } else {
-        Err(Failure::Scene(Box::new(SceneProblems { file, text, problems })))
-    }
+    let loaded = LoadedScene { scene, file, text, settings: args.set.clone(), stem };
+    if problems.is_empty() { Ok(loaded) } else { Err(loaded.failure(problems)) }
 }
 
 fn read_file(path: &Path, name: &str) -> Result<Vec<u8>, Failure> {
@@ -130,7 +130,4 @@ fn too_long(name: &str, bytes: Option<u64>) -> Failure {
     };
     let hint = "put many particles into a CSV file and name it in `particles.file`";
     Failure::Input(Message::new(text).file(name).hint(hint))
-}
-fn resolve_particles(_: &mut Scene, _: &Path) -> Result<(), Problem> {
-    Ok(())
 }

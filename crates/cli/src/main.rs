@@ -9,6 +9,7 @@ mod expectation;
 mod failure;
 mod input;
 mod interrupt;
+mod logs;
 mod numbers;
 mod output;
 mod progress;

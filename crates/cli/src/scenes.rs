@@ -1,5 +1,5 @@
-//! The scenes that come along with the program. Their files are copies of the repository's `scenes/`; a check keeps them
-//! equal, because a package can only hold what lies in its own folder.
+//! The scenes that come along with the program. Their files are copies of the repository's `scenes/`, because a package
+//! can only hold what lies in its own folder; a check keeps them equal.
 
 /// A scene by name.
 #[derive(Clone, Copy, Debug)]

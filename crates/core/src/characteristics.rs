@@ -1,9 +1,9 @@
 //! What can be said about a scene before it is solved: equilibrium distances, natural periods, a step to begin with.
 //!
-//! Force on i along n_ij: F(s) = alpha1 s^-beta1 - alpha2 s^-beta2 (+ alpha_a s^-beta_a while bonded), equations (2), (13).
-//! Equilibrium d_e, equation (8); inflection d*, equation (12); bonded equilibrium d_a, equation (15), in closed form for
-//! beta_a = beta1 and numerically otherwise. The distance of a pair obeys m_eff s'' = -F(s), so an equilibrium is stable
-//! where k = dF/ds > 0 and small vibrations about it have the period 2 pi sqrt(m_eff/k).
+//! Force on i along n_ij: F(s) = alpha1 s^-beta1 - alpha2 s^-beta2 (+ alpha_a s^-beta_a while bonded), equations (2) and
+//! (13). Equilibrium d_e, equation (8); inflection d*, equation (12); bonded equilibrium d_a, equation (15), in closed
+//! form for beta_a = beta1 and numerically otherwise. The distance of a pair obeys m_eff s'' = -F(s), so an equilibrium
+//! is stable where k = dF/ds > 0 and small vibrations about it have the period 2 pi sqrt(m_eff/k).
 //!
 //! Valid for an isolated pair, outside the switching range of `switch_from`. s in m, F in N, k in N/m.
 

@@ -9,7 +9,7 @@ mod random;
 
 use crate::domain::Domain;
 use crate::error::SetupError;
-use crate::scene::{ListedParticle, ParticleSource, Problem, Problems, Scene, sphere_mass};
+use crate::scene::{ListedParticle, ParticleSource, Problem, Problems, Scene, short, sphere_mass};
 use crate::state::{Columns, Particles, State};
 
 pub use random::Stream;
@@ -85,10 +85,8 @@ fn check_geometry(scene: &Scene, domain: &Domain, particles: &Particles, r: &Col
         let message = if distance == 0.0 {
             format!("particles {i} and {j} are at the same place")
         } else {
-            let needed = particles.radius[i] + particles.radius[j];
-            format!(
-                "particles {i} and {j} overlap: their centres are {distance} m apart, less than their radii, {needed} m"
-            )
+            let depth = particles.radius[i] + particles.radius[j] - distance;
+            format!("particles {i} and {j} overlap by {} m: their centres are {distance} m apart", short(depth))
         };
         problems.push(Problem::new(pointer(j), message).hint("move one of them, or make them smaller"));
     }

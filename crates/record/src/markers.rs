@@ -101,7 +101,8 @@ fn extent(particles: &Particles, state: &State) -> (Vector3<f64>, Vector3<f64>) 
 
 /// The periodic box as twelve lines; along open directions as long as the cloud at its start.
 fn outline(lengths: &[Option<f64>; 3], low: Vector3<f64>, high: Vector3<f64>) -> LinePrimitive {
-    let range: [(f64, f64); 3] = std::array::from_fn(|axis| lengths[axis].map_or((low[axis], high[axis]), |l| (0.0, l)));
+    let range: [(f64, f64); 3] =
+        std::array::from_fn(|axis| lengths[axis].map_or((low[axis], high[axis]), |l| (0.0, l)));
     let corner = |bits: usize| {
         let [x, y, z] = std::array::from_fn(|axis| if bits >> axis & 1 == 0 { range[axis].0 } else { range[axis].1 });
         Point3 { x, y, z }
@@ -129,10 +130,7 @@ fn slab(wall: &Wall, low: Vector3<f64>, high: Vector3<f64>) -> Option<CubePrimit
     let foot = middle - normal * (middle - Vector3::from(wall.point)).dot(&normal);
     let [x, y, z] = (foot - normal * (0.5 * depth)).into();
     Some(CubePrimitive {
-        pose: Some(Pose {
-            position: Some(foxglove::Vector3 { x, y, z }),
-            orientation: Some(turn_from_z(normal)),
-        }),
+        pose: Some(Pose { position: Some(foxglove::Vector3 { x, y, z }), orientation: Some(turn_from_z(normal)) }),
         size: Some(foxglove::Vector3 { x: width, y: width, z: depth }),
         color: Some(GREY),
     })

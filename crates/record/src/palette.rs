@@ -90,7 +90,8 @@ fn temperatures(scene: &Scene, particles: &Particles, start: &State) -> Option<(
     let low = named.iter().copied().fold(f64::INFINITY, f64::min);
     let mut high = named.iter().copied().fold(low, f64::max);
     if let (Some(reaction), [radius, ..], [mass, ..]) = (thermal.reaction, &particles.radius[..], &particles.mass[..]) {
-        let warming = reaction.energy_per_area * std::f64::consts::PI * radius * radius / (mass * thermal.heat_capacity);
+        let warming =
+            reaction.energy_per_area * std::f64::consts::PI * radius * radius / (mass * thermal.heat_capacity);
         let vanishing = match scene.contact.as_ref().map(|contact| contact.restitution) {
             Some(Restitution::Law(law)) => law.theta_star,
             Some(Restitution::Constant(_)) | None => None,
@@ -119,7 +120,8 @@ mod tests {
     fn charges_of_either_sign_lie_on_either_side_of_grey() {
         let particles = Particles { radius: vec![1.0; 3], mass: vec![1.0; 3], charge: Some(vec![-2e-6, 0.0, 1e-6]) };
         let state = State::default();
-        let scene = r#"{"duration": 1.0, "particles": {"list": [{"position": [0, 0, 0], "radius": 1.0, "mass": 1.0}]}}"#;
+        let scene =
+            r#"{"duration": 1.0, "particles": {"list": [{"position": [0, 0, 0], "radius": 1.0, "mass": 1.0}]}}"#;
         let scene = Scene::parse(scene, &[]).expect("a scene");
         let mut palette = Palette::new(&scene, &particles, &state);
         let colors = palette.colors(&particles, &state);

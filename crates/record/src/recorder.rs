@@ -13,12 +13,12 @@ use prost::Message;
 
 use crate::channels::{CHANNELS, Effects, Topic, present};
 use crate::cloud::CloudWriter;
+use crate::convert;
 use crate::error::RecordError;
 use crate::markers::Markers;
 use crate::palette::Palette;
 use crate::run::{self, BuildInfo, RunInfo, log_time};
 use crate::sink::{Sink, sink};
-use crate::convert;
 
 /// Uncompressed size at which a chunk is closed, at the end of a step [bytes]: the smaller, the less is lost when a run
 /// is killed and the sooner a viewer has loaded what it shows; the larger, the better it compresses.
@@ -212,10 +212,7 @@ impl<W: Write> Recorder<W> {
         if let Some((markers, palette)) = &mut markers
             && markers.due(log_time)
         {
-            self.send(
-                Topic::Scene,
-                markers.message(self.last, report.particles, report.state, palette.last()),
-            )?;
+            self.send(Topic::Scene, markers.message(self.last, report.particles, report.state, palette.last()))?;
         }
         self.markers = markers;
         self.frames += 1;

@@ -56,6 +56,22 @@ pub enum Message {
 }
 
 impl Message {
+    /// The channel that this message belongs to.
+    #[must_use]
+    pub fn topic(&self) -> Topic {
+        match self {
+            Self::Static(_) => Topic::ParticlesStatic,
+            Self::Particles(_) => Topic::Particles,
+            Self::Diagnostics(_) => Topic::Diagnostics,
+            Self::Energy(..) => Topic::Energy,
+            Self::Clusters(_) => Topic::Clusters,
+            Self::Impacts(_) => Topic::Impacts,
+            Self::Checkpoint(_) => Topic::Checkpoint,
+            Self::Log(_) => Topic::Log,
+            Self::Scene => Topic::Scene,
+        }
+    }
+
     fn decode(topic: Topic, data: &[u8]) -> Result<Entry, Malformed> {
         let cut = |error: prost::DecodeError| Malformed(error.to_string());
         Ok(match topic {
@@ -149,38 +165,42 @@ impl<'a, R: Read + Seek> Messages<'a, R> {
         self
     }
 
-    /// The same, without the damage that was known before.
-    pub(crate) fn without_known_damage(mut self) -> Self {
+    /// The same, without the damage that was known before: for a part of a log.
+    pub(crate) fn part(mut self) -> Self {
         self.known.clear();
         self
     }
+}
 
-    fn step(&self, opcode: u8, body: &[u8]) -> Step {
-        match opcode {
-            op::CHANNEL => match mcap::parse_record(opcode, body) {
-                Ok(Record::Channel(channel)) => {
-                    Step::Channel(channel.id, by_name(&channel.topic).map(|channel| channel.topic))
-                }
-                _ => Step::Malformed("a channel record".to_owned()),
-            },
-            op::MESSAGE => {
-                // Channel, sequence, log time, publish time; then the message.
-                let Some((head, data)) = body.split_at_checked(2 + 4 + 8 + 8) else {
-                    return Step::Malformed("a message record".to_owned());
-                };
-                let Some(topic) = self.channels.get(&u16::from_le_bytes([head[0], head[1]])) else {
-                    return Step::Malformed("a message on a channel that is not described".to_owned());
-                };
-                let wanted = |topic: &Topic| self.only.as_ref().is_none_or(|only| only.contains(topic));
-                match topic.filter(wanted).map(|topic| Message::decode(topic, data)) {
-                    None => Step::Nothing,
-                    Some(Ok(entry)) => Step::Entry(Box::new(entry)),
-                    Some(Err(malformed)) => Step::Malformed(malformed.to_string()),
-                }
+/// Reads one record of a chunk.
+fn examine(channels: &Channels, only: Option<&[Topic]>, opcode: u8, body: &[u8]) -> Step {
+    match opcode {
+        op::CHANNEL => match mcap::parse_record(opcode, body) {
+            Ok(Record::Channel(channel)) => Step::Channel(channel.id, topic_of(&channel.topic)),
+            _ => Step::Malformed("a channel record".to_owned()),
+        },
+        op::MESSAGE => {
+            // Channel, sequence, log time, publish time; then the message.
+            let Some((head, data)) = body.split_at_checked(2 + 4 + 8 + 8) else {
+                return Step::Malformed("a message record".to_owned());
+            };
+            let Some(topic) = channels.get(&u16::from_le_bytes([head[0], head[1]])) else {
+                return Step::Malformed("a message on a channel that is not described".to_owned());
+            };
+            let wanted = |topic: &Topic| only.is_none_or(|only| only.contains(topic));
+            match topic.filter(wanted).map(|topic| Message::decode(topic, data)) {
+                None => Step::Nothing,
+                Some(Ok(entry)) => Step::Entry(Box::new(entry)),
+                Some(Err(malformed)) => Step::Malformed(malformed.to_string()),
             }
-            _ => Step::Nothing,
         }
+        _ => Step::Nothing,
     }
+}
+
+/// The channel of this name; `None` where this version does not know it.
+pub fn topic_of(name: &str) -> Option<Topic> {
+    by_name(name).map(|channel| channel.topic)
 }
 
 impl<R: Read + Seek> Iterator for Messages<'_, R> {
@@ -199,9 +219,9 @@ impl<R: Read + Seek> Iterator for Messages<'_, R> {
                 let what = format!("a chunk of {} bytes is lost: {what}", chunk.length);
                 LogError::Damaged(Damage { offset: chunk.offset, what })
             };
-            let mut container = std::mem::take(&mut self.log.reading);
-            let record = self.log.container.next_record(&mut reader, |opcode, body| self.step(opcode, body));
-            container.clear();
+            let (channels, only) = (&self.channels, self.only.as_deref());
+            let record =
+                self.log.container.next_record(&mut reader, |opcode, body| examine(channels, only, opcode, body));
             match record {
                 None => {}
                 Some(Err(Fault::Lost(why))) => return Some(Err(lost(why))),

@@ -99,7 +99,10 @@ fn messages_are_for_users() {
                 assert!(!message.contains(jargon), "{name}: {message}");
             }
             assert!(!message.ends_with('.') && !message.is_empty(), "{name}: {message}");
-            assert!(!message.starts_with(|c: char| c.is_uppercase()) || message.starts_with("Newton"), "{name}: {message}");
+            assert!(
+                !message.starts_with(|c: char| c.is_uppercase()) || message.starts_with("Newton"),
+                "{name}: {message}"
+            );
         }
     }
 }

@@ -1,6 +1,6 @@
 //! Every shipped scene, broken at every pointer in every way: refused at the right pointer, or right after all.
 
-use agglo_core::scene::{Scene, line_column};
+use agglo_core::scene::{Scene, check_value, line_column};
 use serde_json::{Map, Value, json};
 
 use crate::shipped_scenes;
@@ -29,11 +29,45 @@ pub struct Mutation {
 
 /// Keys that may be left out.
 const OPTIONAL: [&str; 39] = [
-    "format", "name", "description", "model", "seed", "near_field", "binding", "contact", "thermal", "clusters",
-    "external", "domain", "solver", "record", "temperature", "velocity_mean", "velocity_spread", "charge", "velocity",
-    "weight", "cutoff", "attraction", "repulsion", "e_min", "v_star", "theta_star", "friction", "duration",
-    "rest_speed", "radiation", "convection", "reaction", "gravity", "periodic", "walls", "integrator", "step",
-    "tolerance", "max_iterations",
+    "format",
+    "name",
+    "description",
+    "model",
+    "seed",
+    "near_field",
+    "binding",
+    "contact",
+    "thermal",
+    "clusters",
+    "external",
+    "domain",
+    "solver",
+    "record",
+    "temperature",
+    "velocity_mean",
+    "velocity_spread",
+    "charge",
+    "velocity",
+    "weight",
+    "cutoff",
+    "attraction",
+    "repulsion",
+    "e_min",
+    "v_star",
+    "theta_star",
+    "friction",
+    "duration",
+    "rest_speed",
+    "radiation",
+    "convection",
+    "reaction",
+    "gravity",
+    "periodic",
+    "walls",
+    "integrator",
+    "step",
+    "tolerance",
+    "max_iterations",
 ];
 
 fn pointers(value: &Value, at: &str, found: &mut Vec<String>) {
@@ -42,7 +76,9 @@ fn pointers(value: &Value, at: &str, found: &mut Vec<String>) {
     }
     match value {
         Value::Object(members) => members.iter().for_each(|(key, v)| pointers(v, &format!("{at}/{key}"), found)),
-        Value::Array(elements) => elements.iter().enumerate().for_each(|(k, v)| pointers(v, &format!("{at}/{k}"), found)),
+        Value::Array(elements) => {
+            elements.iter().enumerate().for_each(|(k, v)| pointers(v, &format!("{at}/{k}"), found))
+        }
         _ => {}
     }
 }
@@ -70,13 +106,20 @@ pub fn mutations(scene: &Value) -> Vec<Mutation> {
         };
         // Wrong types. No value of a scene is a boolean; an object never stands for an array or a scalar.
         push("a boolean", Verdict::Refused, &pointer, &replace(json!(true)));
-        push("null", if parent == "/domain/periodic" { Verdict::Either } else { Verdict::Refused }, &pointer, &replace(Value::Null));
+        push(
+            "null",
+            if parent == "/domain/periodic" { Verdict::Either } else { Verdict::Refused },
+            &pointer,
+            &replace(Value::Null),
+        );
         push("an array of arrays", Verdict::Refused, &pointer, &replace(json!([[[]]])));
         push("an odd object", Verdict::Refused, &pointer, &replace(json!({"odd": {}})));
         match old {
             Value::Number(_) => {
                 push("a quoted number", Verdict::Refused, &pointer, &replace(json!("1 um")));
-                for extreme in [json!(-1), json!(0), json!(-1e300), json!(1e300), json!(1e-300), json!(0.5), json!(u64::MAX)] {
+                for extreme in
+                    [json!(-1), json!(0), json!(-1e300), json!(1e300), json!(1e-300), json!(0.5), json!(u64::MAX)]
+                {
                     push(&format!("= {extreme}"), Verdict::Either, &pointer, &replace(extreme));
                 }
             }
@@ -89,19 +132,43 @@ pub fn mutations(scene: &Value) -> Vec<Mutation> {
                 push("an empty name", Verdict::Refused, &pointer, &replace(json!("")));
             }
             Value::Object(_) => {
-                push("a number", if key == "restitution" { Verdict::Either } else { Verdict::Refused }, &pointer, &replace(json!(7)));
+                push(
+                    "a number",
+                    if key == "restitution" { Verdict::Either } else { Verdict::Refused },
+                    &pointer,
+                    &replace(json!(7)),
+                );
                 let below = format!("{pointer}/zzyzx");
                 push("a key more", Verdict::Unknown, &below, &|scene| {
-                    scene.pointer_mut(&pointer).and_then(Value::as_object_mut).expect("an object").insert("zzyzx".into(), json!(1));
+                    scene
+                        .pointer_mut(&pointer)
+                        .and_then(Value::as_object_mut)
+                        .expect("an object")
+                        .insert("zzyzx".into(), json!(1));
                 });
             }
             Value::Array(elements) => {
-                push("a number", if key == "charge" { Verdict::Either } else { Verdict::Refused }, &pointer, &replace(json!(7)));
-                push("empty", if key == "walls" { Verdict::Either } else { Verdict::Refused }, &pointer, &replace(json!([])));
+                push(
+                    "a number",
+                    if key == "charge" { Verdict::Either } else { Verdict::Refused },
+                    &pointer,
+                    &replace(json!(7)),
+                );
+                push(
+                    "empty",
+                    if key == "walls" { Verdict::Either } else { Verdict::Refused },
+                    &pointer,
+                    &replace(json!([])),
+                );
                 let mut longer = elements.clone();
                 longer.push(elements[0].clone());
                 let open = ["list", "walls", "charge"].contains(&key);
-                push("one longer", if open { Verdict::Either } else { Verdict::Refused }, &pointer, &replace(longer.into()));
+                push(
+                    "one longer",
+                    if open { Verdict::Either } else { Verdict::Refused },
+                    &pointer,
+                    &replace(longer.into()),
+                );
             }
             _ => {}
         }
@@ -111,8 +178,11 @@ pub fn mutations(scene: &Value) -> Vec<Mutation> {
                 members.and_then(Value::as_object_mut)?.shift_remove(key)
             };
             let top_duration = pointer == "/duration";
-            let optional = OPTIONAL.contains(&key) && !top_duration || parent.starts_with("/solver") || parent == "/record";
-            push("deleted", if optional { Verdict::Either } else { Verdict::Missing }, &pointer, &|scene| drop(remove(scene)));
+            let optional =
+                OPTIONAL.contains(&key) && !top_duration || parent.starts_with("/solver") || parent == "/record";
+            push("deleted", if optional { Verdict::Either } else { Verdict::Missing }, &pointer, &|scene| {
+                drop(remove(scene))
+            });
             let misspelt = format!("{parent}/{key}qq");
             push("misspelt", Verdict::Unknown, &misspelt, &|scene| {
                 let value = remove(scene).expect("the value");
@@ -148,16 +218,19 @@ fn broken_at_every_pointer_every_scene_is_refused_at_that_pointer() {
                 Verdict::Refused => problems.iter().any(|p| {
                     p.pointer == pointer || p.pointer.strip_prefix(&pointer).is_some_and(|rest| rest.starts_with('/'))
                 }),
-                Verdict::Missing => problems
-                    .iter()
-                    .any(|p| p.pointer == parent && (p.to_string().contains(&format!("\"{key}\"")) || p.message.contains("neither"))),
-                Verdict::Unknown => {
-                    problems.iter().any(|p| p.pointer == pointer && p.message.contains("unknown key"))
-                }
+                Verdict::Missing => problems.iter().any(|p| {
+                    p.pointer == parent
+                        && (p.to_string().contains(&format!("\"{key}\"")) || p.message.contains("neither"))
+                }),
+                Verdict::Unknown => problems.iter().any(|p| p.pointer == pointer && p.message.contains("unknown key")),
                 Verdict::Either => true,
             };
             assert!(hit, "{name}: {what}: {problems:?}");
+            let structural = !check_value(&scene).is_empty();
             for problem in problems {
+                // A value that is wrong by itself makes no problem elsewhere: at most its parent lacks a key.
+                let near = problem.pointer == parent || problem.pointer.starts_with(&pointer);
+                assert!(near || !structural, "{name}: {what}: {problem}");
                 // Whatever is found, it stands somewhere in the text.
                 let span = problem.span.clone().unwrap_or_else(|| panic!("{name}: {what}: no place for {problem}"));
                 assert!(text.get(span.clone()).is_some_and(|part| !part.is_empty()), "{name}: {what}: {problem}");
@@ -183,13 +256,9 @@ fn damaged_texts_never_panic() {
         for with in [b'"', b'{', b'}', b'[', b',', b'\\', b'-', b'9', b'e', 0] {
             let mut bytes = text.clone().into_bytes();
             bytes[at] = with;
-            if let Ok(damaged) = String::from_utf8(bytes) {
-                if let Err(problems) = Scene::parse(&damaged, &[]) {
-                    for problem in problems {
-                        let span = problem.span.unwrap_or(0..0);
-                        assert!(damaged.get(span).is_some(), "{} at {at}", problem.message);
-                    }
-                }
+            let Ok(damaged) = String::from_utf8(bytes) else { continue };
+            for problem in Scene::parse(&damaged, &[]).err().unwrap_or_default() {
+                assert!(damaged.get(problem.span.unwrap_or(0..0)).is_some(), "{} at {at}", problem.message);
             }
         }
     }

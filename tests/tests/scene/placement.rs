@@ -17,7 +17,8 @@ fn shipped(name: &str, settings: &[&str]) -> Scene {
 }
 
 fn cube(settings: &[&str]) -> Scene {
-    let text = r#"{"duration": 1, "particles": {"random_cube": {"count": 1000, "side": 1, "radius": 0.03, "density": 2}}}"#;
+    let text =
+        r#"{"duration": 1, "particles": {"random_cube": {"count": 1000, "side": 1, "radius": 0.03, "density": 2}}}"#;
     scene(text, settings)
 }
 
@@ -60,8 +61,12 @@ fn places_depend_on_the_seed_alone() {
     let mut stream = Stream::new(7, 0);
     let draws: Vec<f64> = (0..6).map(|_| stream.uniform()).collect();
     assert_eq!(a.1.position.get(0).as_slice(), &draws[3..]);
-    let moving = place(&cube(&["seed=7", "particles.random_cube.velocity_mean=[3, 0, 0]",
-        "particles.random_cube.velocity_spread=[0.5, 0.25, 0]"])).unwrap();
+    let moving = place(&cube(&[
+        "seed=7",
+        "particles.random_cube.velocity_mean=[3, 0, 0]",
+        "particles.random_cube.velocity_spread=[0.5, 0.25, 0]",
+    ]))
+    .unwrap();
     assert_eq!(moving.1.position, a.1.position, "velocities must not shift the positions' draws");
     let v = moving.1.velocity.get(0);
     assert_eq!(v.as_slice(), &[3.0 + 0.5 * (2.0 * draws[0] - 1.0), 0.25 * (2.0 * draws[1] - 1.0), 0.0]);
@@ -83,7 +88,10 @@ fn spheres_do_not_overlap_in_open_and_periodic_cubes() {
         // A box smaller than the cube: places are wrapped into it.
         (vec!["domain.periodic=[0.9,null,null]"], [0.9, 0.0, 0.0]),
         // Two cells and one cell along an axis.
-        (vec!["particles.random_cube.count=3", "particles.random_cube.radius=0.24", "domain.periodic=[1,1,1]"], [1.0; 3]),
+        (
+            vec!["particles.random_cube.count=3", "particles.random_cube.radius=0.24", "domain.periodic=[1,1,1]"],
+            [1.0; 3],
+        ),
         (vec!["particles.random_cube.count=2", "particles.random_cube.radius=0.3"], [0.0; 3]),
     ] {
         let (particles, state) = place(&cube(&settings)).unwrap();
@@ -99,7 +107,8 @@ fn spheres_do_not_overlap_in_open_and_periodic_cubes() {
 #[test]
 fn walls_keep_spheres_inside() {
     let walls = r#"domain.walls=[{"point":[0,0,0.2],"normal":[0,0,5]},{"point":[1,1,1],"normal":[-1,-1,0]}]"#;
-    let (particles, state) = place(&cube(&["contact.restitution=0.5", walls, "particles.random_cube.count=500"])).unwrap();
+    let (particles, state) =
+        place(&cube(&["contact.restitution=0.5", walls, "particles.random_cube.count=500"])).unwrap();
     for i in 0..particles.len() {
         let r = state.position.get(i);
         assert!(r.z - 0.2 >= particles.radius[i]);
@@ -113,10 +122,12 @@ fn walls_keep_spheres_inside() {
 fn dense_cubes_are_filled_or_refused() {
     let radius_for = |share: f64| (share / 1000.0 * 3.0 / (4.0 * std::f64::consts::PI)).cbrt();
     let periodic = "domain.periodic=[1,1,1]";
-    let (particles, _) = place(&cube(&[periodic, &format!("particles.random_cube.radius={}", radius_for(0.30))])).unwrap();
+    let (particles, _) =
+        place(&cube(&[periodic, &format!("particles.random_cube.radius={}", radius_for(0.30))])).unwrap();
     assert_eq!(particles.len(), 1000);
     for (share, part) in [(0.45, "no free place was found for particle"), (0.80, "at their densest")] {
-        let error = place(&cube(&[periodic, &format!("particles.random_cube.radius={}", radius_for(share))])).unwrap_err();
+        let error =
+            place(&cube(&[periodic, &format!("particles.random_cube.radius={}", radius_for(share))])).unwrap_err();
         let message = error.to_string();
         assert!(message.contains(part), "{message}");
         assert!(message.contains(&format!("{:.1} %", 100.0 * share)), "{message}");

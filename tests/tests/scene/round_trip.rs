@@ -66,16 +66,48 @@ fn scenes_from_memory_are_checked() {
         change(&mut scene);
         scene.validate()
     };
-    let cases: [(&dyn Fn(&mut Scene), &str, &str); 4] = [
-        (&|s| s.duration = -1.0, "/duration", "greater than 0"),
-        (&|s| s.duration = f64::NAN, "/duration", "NaN or infinite"),
-        (&|s| s.solver.step.max = Some(f64::INFINITY), "/solver/step/max", "NaN or infinite"),
-        (&|s| s.thermal = None, "/contact/restitution/theta_star", "thermal"),
+    let cases = [
+        (found(&|s| s.duration = -1.0), "/duration", "greater than 0"),
+        (found(&|s| s.duration = f64::NAN), "/duration", "NaN or infinite"),
+        (found(&|s| s.solver.step.max = Some(f64::INFINITY)), "/solver/step/max", "NaN or infinite"),
+        (found(&|s| s.thermal = None), "/contact/restitution/theta_star", "thermal"),
     ];
-    for (change, pointer, part) in cases {
-        let problems = found(change);
+    for (problems, pointer, part) in cases {
         assert_eq!(problems.len(), 1, "{problems:?}");
         assert_eq!(problems[0].pointer, pointer);
         assert!(problems[0].message.contains(part), "{}", problems[0]);
     }
+}
+
+/// A listed particle is checked wherever it stands in the list, and thousands of wrong ones do not flood the report.
+#[test]
+fn listed_particles_from_memory_are_checked() {
+    use agglo_core::scene::{ListedParticle, ParticleSource};
+    let text = r#"{"duration": 1, "particles": {"list": [{"position": [0, 0, 0], "radius": 0.1, "mass": 1}]}}"#;
+    let good = Scene::parse(text, &[]).unwrap();
+    let ParticleSource::List(list) = &good.particles else { panic!("a list") };
+    let mut particles: Vec<ListedParticle> = vec![list[0].clone(); 5000];
+    particles[4321].radius = -1.0;
+    let problems = good.with_particles(ParticleSource::List(particles.clone())).validate();
+    assert_eq!(problems.len(), 1, "{problems:?}");
+    assert_eq!(problems[0].pointer, "/particles/list/4321/radius");
+    particles.iter_mut().for_each(|p| p.mass = Some(0.0));
+    let problems = good.with_particles(ParticleSource::List(particles)).validate();
+    assert_eq!(problems.len(), 101);
+    assert_eq!(problems[100].message, "4901 more problems are not listed");
+}
+
+/// A hundred thousand unknown keys and as many wrong elements are refused in good time.
+#[test]
+fn huge_nonsense_is_refused_in_good_time() {
+    let start = std::time::Instant::now();
+    let keys: String = (0..100_000).map(|k| format!("\"key{k}\": {k}, ")).collect();
+    let problems = Scene::parse(&format!("{{{keys}}}"), &[]).unwrap_err();
+    assert!(problems.len() <= 101);
+    let elements = "0,".repeat(100_000);
+    let problems =
+        Scene::parse(&format!("{{\"duration\": 1, \"particles\": {{\"list\": [{elements}]}}}}"), &[]).unwrap_err();
+    assert_eq!(problems.len(), 101);
+    // Either is well below a second; quadratic work would take minutes.
+    assert!(start.elapsed().as_secs() < 20, "{:?}", start.elapsed());
 }

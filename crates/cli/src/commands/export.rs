@@ -1,8 +1,42 @@
-//! x
-use crate::args::ExportArgs;
-use crate::failure::{CommandResult, Success};
+//! `agglo export`: writes the particles of a log for other programs.
+
+use std::io::BufWriter;
+
+use agglo_replay::csv::{self, ExportError};
+
+use crate::args::{ExportArgs, ExportFormat};
+use crate::failure::{CommandResult, Failure, Success};
+use crate::logs;
+use crate::numbers::counted;
+use crate::output::Output;
 use crate::terminal::Terminal;
-/// x
-pub fn export(_: &ExportArgs, _: &Terminal) -> CommandResult {
-    Ok(Success::Done)
+
+/// Bytes gathered before they are written: a table has many short lines.
+const BUFFER: usize = 1 << 16;
+
+/// Runs the command. Of a damaged log, what is whole is exported.
+///
+/// # Errors
+/// A log that cannot be read, no state at the time asked for, an output that cannot be written.
+pub fn export(args: &ExportArgs, terminal: &Terminal) -> CommandResult {
+    let mut log = logs::open(&args.log).map_err(|error| logs::failure(&args.log, &error))?;
+    let output = Output::open(&args.output, args.overwrite)?;
+    let writer = output.writer().map_err(|error| Failure::write(output.name(), &error))?;
+    let mut writer = BufWriter::with_capacity(BUFFER, writer);
+    let exported = match args.format {
+        ExportFormat::Csv => csv::export(&mut log, args.at, &mut writer),
+    };
+    let exported = exported.map_err(|error| match error {
+        ExportError::Log(error) => logs::failure(&args.log, &error),
+        ExportError::Write(error) => Failure::write(output.name(), &error),
+    })?;
+    drop(writer);
+    let name = output.name().to_owned();
+    output.finish()?;
+    let (states, rows) = (counted(exported.frames, "state"), counted(exported.rows, "row"));
+    terminal.detail(format!("wrote {states} in {rows} to {name}"));
+    // What was asked for may be whole in a log that is not.
+    let damage = if exported.damage.is_empty() { log.damage() } else { &exported.damage };
+    logs::warn(&args.log, damage, terminal);
+    Ok(if damage.is_empty() { Success::Done } else { Success::Damaged })
 }

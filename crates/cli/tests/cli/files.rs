@@ -185,7 +185,7 @@ fn particles_come_from_files_beside_the_scene() {
         (r#"{ "file": { "path": "." } }"#, "."),
     ] {
         folder.write("bad.json", from(source));
-        folder.agglo(&["check", "bad.json"]).code(2).says(&[says, "/particles/"]);
+        folder.agglo(&["check", "bad.json"]).code(2).says(&[says, "at: /particles/", "bad.json:3:"]);
     }
 }
 

@@ -71,12 +71,15 @@ fn csv_has_the_columns_that_the_scene_has() {
     assert_eq!(
         first.text(),
         "t,step,id,x,y,z,vx,vy,vz,radius,mass\n\
-         0,0,0,0,0,0,0,0,0,0.05,1\n0,0,1,0.6,0,0,0,0,0,0.05,1\n"
+         0.0,0,0,0.0,0.0,0.0,0.0,0.0,0.0,0.05,1.0\n\
+         0.0,0,1,0.6,0.0,0.0,0.0,0.0,0.0,0.05,1.0\n"
     );
 }
 
 #[test]
-fn a_time_before_the_first_state_is_refused() {
+fn a_time_behind_the_last_state_is_the_last_state() {
     let folder = recorded(PAIR);
-    folder.agglo(&["export", "scene.mcap", "--format", "csv", "--at", "1e9", "-o", "-"]).code(0);
+    let at =
+        |at: &str| folder.agglo(&["export", "scene.mcap", "--format", "csv", "--at", at, "-o", "-"]).code(0).stdout;
+    assert_eq!(at("1e9"), at("end"));
 }

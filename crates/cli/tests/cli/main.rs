@@ -6,6 +6,8 @@
 //! `files`    what is read and written: overwriting, folders, full disks, closed pipes
 //! `logs`     `info` and `export`, on whole and damaged logs
 
+#![allow(clippy::unwrap_used)] // What is unexpected fails the test.
+
 mod files;
 mod help;
 mod logs;

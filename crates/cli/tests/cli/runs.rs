@@ -191,6 +191,8 @@ fn a_run_that_fails_leaves_a_finished_log() {
     folder.agglo(&["run", "scene.json"]).code(1).says(&["error: ", "t = ", "particle"]);
     assert_eq!(folder.files(), ["scene.json", "scene.mcap"]);
     folder.agglo(&["info", "scene.mcap", "--check"]).code(0);
+    let failed = folder.agglo(&["run", "scene.json", "--no-log", "--errors", "json"]).code(1).errors();
+    assert!(failed.iter().any(|line| line["type"] == "error" && line["file"] == "scene.json"), "{failed:?}");
     let folder = failing();
     folder.write("x.mcap", "a good old log");
     folder.agglo(&["run", "scene.json", "-o", "x.mcap", "--overwrite"]).code(1);

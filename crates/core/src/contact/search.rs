@@ -98,53 +98,45 @@ impl Scan<'_> {
                 continue;
             }
             let mut from = i + 1;
-            while from < n {
-                let count = GROUP.min(n - from);
-                // The last group may be short: its surplus lanes repeat the last particle.
-                let j = |k: usize| (from + k).min(n - 1);
-                let (mut squares, mut reaches) = ([0.0; GROUP], [0.0; GROUP]);
-                if count == GROUP {
-                    self.group::<PERIODIC>(i, from, &mut squares, &mut reaches);
-                } else {
-                    for k in 0..GROUP {
-                        squares[k] = self.square::<PERIODIC>(i, j(k));
-                        reaches[k] = self.reach(i, j(k));
-                    }
-                }
+            while let Some((squares, reaches)) = self.group::<PERIODIC>(i, from) {
                 let mut any = false;
                 for k in 0..GROUP {
                     any |= squares[k] <= reaches[k];
                 }
                 if any {
-                    (0..count).for_each(|k| keep(self.pairs, i, from + k, squares[k], reaches[k]));
+                    (0..GROUP).for_each(|k| keep(self.pairs, i, from + k, squares[k], reaches[k]));
                 }
-                from += count;
+                from += GROUP;
+            }
+            for j in from..n {
+                keep(self.pairs, i, j, self.square::<PERIODIC>(i, j), self.reach(i, j));
             }
         }
     }
 
     /// Squares of distances and of reaches from i to a whole group.
     #[inline(always)]
-    fn group<const PERIODIC: bool>(
-        &self,
-        i: usize,
-        from: usize,
-        squares: &mut [f64; GROUP],
-        reaches: &mut [f64; GROUP],
-    ) {
-        for axis in 0..3 {
-            let column = self.r.axes()[axis];
-            let own = column[i];
-            for (square, other) in squares.iter_mut().zip(&column[from..from + GROUP]) {
-                let d = if PERIODIC { self.periodic.minimum_image(axis, other - own) } else { other - own };
-                *square += d * d;
-            }
+    fn group<const PERIODIC: bool>(&self, i: usize, from: usize) -> Option<([f64; GROUP], [f64; GROUP])> {
+        let [x, y, z] = self.r.axes();
+        let (xs, ys, zs) =
+            (x.get(from..)?.first_chunk()?, y.get(from..)?.first_chunk()?, z.get(from..)?.first_chunk()?);
+        let radii: &[f64; GROUP] = self.radius.get(from..)?.first_chunk()?;
+        let own = [x[i], y[i], z[i], self.radius[i]];
+        let difference = |axis: usize, other: f64| {
+            let d = other - own[axis];
+            if PERIODIC { self.periodic.minimum_image(axis, d) } else { d }
+        };
+        let (mut squares, mut reaches) = ([0.0; GROUP], [0.0; GROUP]);
+        let (xs, ys, zs): (&[f64; GROUP], &[f64; GROUP], &[f64; GROUP]) = (xs, ys, zs);
+        for k in 0..GROUP {
+            let (dx, dy, dz) = (difference(0, xs[k]), difference(1, ys[k]), difference(2, zs[k]));
+            squares[k] = dx * dx + dy * dy + dz * dz;
         }
-        let own = self.radius[i];
-        for (reach, other) in reaches.iter_mut().zip(&self.radius[from..from + GROUP]) {
-            *reach = self.factor * (own + other);
-            *reach *= *reach;
+        for k in 0..GROUP {
+            let reach = self.factor * (own[3] + radii[k]);
+            reaches[k] = reach * reach;
         }
+        Some((squares, reaches))
     }
 
     #[inline(always)]

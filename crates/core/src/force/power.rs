@@ -6,7 +6,7 @@
 use crate::math;
 
 /// Pairs in a block: small enough for the first cache level, a multiple of every vector width.
-pub const BLOCK: usize = 64;
+pub const BLOCK: usize = 32;
 /// Lanes that sums are kept in, the same on every instruction set.
 pub const LANES: usize = 8;
 /// A block of numbers, one per pair.
@@ -59,21 +59,21 @@ impl Power {
         Self { exponent, kind }
     }
 
-    /// out = s^-beta, from s^2 and 1/s of `len` pairs.
+    /// out = s^-beta, from s^2 and 1/s of the first `LEN` pairs of a block.
     #[inline(always)]
-    pub fn block(&self, len: usize, square: &Lane, inverse: &Lane, out: &mut Lane) {
+    pub fn block<const LEN: usize>(&self, square: &Lane, inverse: &Lane, out: &mut Lane) {
         macro_rules! chain {
             ($q:ident => $value:expr) => {
-                for k in 0..len {
+                for k in 0..LEN {
                     let $q = inverse[k];
                     out[k] = $value;
                 }
             };
         }
         match self.kind {
-            Kind::Zero => out[..len].fill(1.0),
+            Kind::Zero => out[..LEN].fill(1.0),
             Kind::Half => chain!(q => q.sqrt()),
-            Kind::One => out[..len].copy_from_slice(&inverse[..len]),
+            Kind::One => chain!(q => q),
             Kind::ThreeHalves => chain!(q => q * q.sqrt()),
             Kind::Two => chain!(q => q * q),
             Kind::FiveHalves => chain!(q => q * q * q.sqrt()),
@@ -85,24 +85,24 @@ impl Power {
             Kind::Thirteen => chain!(q => { let c = q * q * q; (c * c) * (c * c) * q }),
             Kind::Real => {
                 let half = -0.5 * self.exponent;
-                for k in 0..len {
+                for k in 0..LEN {
                     out[k] = math::exp(half * math::ln(square[k]));
                 }
             }
         }
     }
 
-    /// potential = P(beta) of `len` pairs, from s^2 and `power` = s^-beta.
+    /// potential = P(beta) of the first `LEN` pairs of a block, from s^2 and `power` = s^-beta.
     #[inline(always)]
-    pub fn potential_block(&self, len: usize, square: &Lane, inverse: &Lane, power: &Lane, potential: &mut Lane) {
+    pub fn potential_block<const LEN: usize>(&self, square: &Lane, inverse: &Lane, power: &Lane, potential: &mut Lane) {
         if self.exponent == 1.0 {
-            for k in 0..len {
+            for k in 0..LEN {
                 potential[k] = 0.5 * math::ln(square[k]);
             }
         } else {
             let factor = 1.0 / (1.0 - self.exponent);
-            for k in 0..len {
-                // s = s^2 * (1/s)
+            // s = s^2 * (1/s)
+            for k in 0..LEN {
                 potential[k] = factor * (square[k] * inverse[k]) * power[k];
             }
         }

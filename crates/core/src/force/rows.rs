@@ -1,4 +1,4 @@
-//! The pair loop: blocks of up to 64 pairs of one particle, sums in eight lanes.
+//! The pair loop: blocks of up to 32 pairs of one particle, sums in eight lanes.
 
 use super::near_field::Field;
 use super::power::{BLOCK, LANES, Lane};
@@ -107,8 +107,6 @@ fn sum(lane: &[f64; LANES]) -> f64 {
 
 /// A block of pairs of particle i, and what is known about them.
 struct Block {
-    /// Pairs in it, rounded up to whole vectors; the surplus is infinitely far away.
-    len: usize,
     d: [Lane; 3],
     square: Lane,
     inverse: Lane,
@@ -130,15 +128,23 @@ enum Partners<'a> {
 }
 
 impl Partners<'_> {
-    /// out[k] = f(value of partner k in a column), for `count` partners.
+    /// out = f(value of each partner in a column), for `count` partners, at most `LEN`.
     #[inline(always)]
-    fn map(self, column: &[f64], count: usize, out: &mut Lane, f: impl Fn(f64) -> f64) {
+    fn map<const LEN: usize>(self, column: &[f64], count: usize, out: &mut Lane, f: impl Fn(f64) -> f64) {
         match self {
-            Self::From(first) => {
-                for (out, &value) in out.iter_mut().zip(&column[first..first + count]) {
-                    *out = f(value);
+            Self::From(first) => match column[first..].first_chunk::<LEN>() {
+                // Numbers beyond `count` do no harm: those lanes are infinitely far away.
+                Some(values) => {
+                    for k in 0..LEN {
+                        out[k] = f(values[k]);
+                    }
                 }
-            }
+                None => {
+                    for (out, &value) in out.iter_mut().zip(&column[first..first + count]) {
+                        *out = f(value);
+                    }
+                }
+            },
             Self::Listed(list) => {
                 for (out, &j) in out.iter_mut().zip(&list[..count]) {
                     *out = f(column[j as usize]);
@@ -152,7 +158,6 @@ impl Default for Block {
     fn default() -> Self {
         const ZERO: Lane = [0.0; BLOCK];
         Self {
-            len: 0,
             d: [ZERO; 3],
             square: ZERO,
             inverse: ZERO,
@@ -186,28 +191,48 @@ impl Block {
             (true, Some(list)) => list.partition_point(|&j| (j as usize) < i),
         };
         while first < total {
-            let count = BLOCK.min(total - first);
+            // Whole blocks, then what is left in short ones: loops of constant length leave no scalar remainder.
+            let count = if total - first >= BLOCK { BLOCK } else { LANES.min(total - first) };
             let partners = listed.map_or(Partners::From(first), |list| Partners::Listed(&list[first..first + count]));
-            self.distances::<PERIODIC>(field, r, i, partners, count);
-            if listed.is_none() && (first..first + count).contains(&i) {
-                self.square[i - first] = f64::INFINITY;
-            }
-            self.invert();
-            self.near_field::<ENERGY>(field, i, partners, count);
-            self.bind::<ENERGY>(field, i, partners, count);
-            if ENERGY {
-                self.add_energies(&mut lanes);
+            let own = if listed.is_none() { i.wrapping_sub(first) } else { usize::MAX };
+            if count == BLOCK {
+                self.pairs::<ENERGY, PERIODIC, BLOCK>(field, r, i, partners, (count, own), &mut lanes);
             } else {
-                self.add_forces(&mut lanes);
+                self.pairs::<ENERGY, PERIODIC, LANES>(field, r, i, partners, (count, own), &mut lanes);
             }
             first += count;
         }
         lanes
     }
 
+    /// Adds the pairs of particle i with `count` partners, at most `LEN`, to the row's lanes; lane `own` is i itself.
+    #[inline(always)]
+    fn pairs<const ENERGY: bool, const PERIODIC: bool, const LEN: usize>(
+        &mut self,
+        field: &Field,
+        r: &Columns,
+        i: usize,
+        partners: Partners<'_>,
+        (count, own): (usize, usize),
+        lanes: &mut [[f64; LANES]; 3],
+    ) {
+        self.distances::<PERIODIC, LEN>(field, r, i, partners, count);
+        if let Some(itself) = self.square[..count].get_mut(own) {
+            *itself = f64::INFINITY;
+        }
+        self.invert::<LEN>();
+        self.near_field::<ENERGY, LEN>(field, i, partners, count);
+        self.bind::<ENERGY, LEN>(field, i, partners, count);
+        if ENERGY {
+            self.add_energies::<LEN>(lanes);
+        } else {
+            self.add_forces::<LEN>(lanes);
+        }
+    }
+
     /// d = r_j - r_i, square = d.d; surplus lanes are infinitely far.
     #[inline(always)]
-    fn distances<const PERIODIC: bool>(
+    fn distances<const PERIODIC: bool, const LEN: usize>(
         &mut self,
         field: &Field,
         r: &Columns,
@@ -215,52 +240,57 @@ impl Block {
         partners: Partners<'_>,
         count: usize,
     ) {
-        self.len = count.next_multiple_of(LANES).min(BLOCK);
         for axis in 0..3 {
             let column = r.axes()[axis];
             let own = column[i];
-            partners.map(column, count, &mut self.d[axis], |other| {
+            partners.map::<LEN>(column, count, &mut self.d[axis], |other| {
                 if PERIODIC { field.periodic.minimum_image(axis, other - own) } else { other - own }
             });
         }
-        for k in 0..self.len {
-            self.square[k] = self.d[0][k] * self.d[0][k] + self.d[1][k] * self.d[1][k] + self.d[2][k] * self.d[2][k];
+        for k in 0..LEN {
+            let [x, y, z] = [self.d[0][k], self.d[1][k], self.d[2][k]];
+            self.square[k] = x * x + y * y + z * z;
         }
-        self.square[count..self.len].fill(f64::INFINITY);
+        self.square[count.min(LEN)..LEN].fill(f64::INFINITY);
     }
 
     #[inline(always)]
-    fn invert(&mut self) {
-        for k in 0..self.len.min(BLOCK) {
+    fn invert<const LEN: usize>(&mut self) {
+        for k in 0..LEN {
             self.inverse[k] = 1.0 / self.square[k].sqrt();
         }
     }
 
     /// Sets `force` (and `near_field`) to the near field (2) with its cut-off and switch.
     #[inline(always)]
-    fn near_field<const ENERGY: bool>(&mut self, field: &Field, i: usize, partners: Partners<'_>, count: usize) {
-        let len = self.len.min(BLOCK);
+    fn near_field<const ENERGY: bool, const LEN: usize>(
+        &mut self,
+        field: &Field,
+        i: usize,
+        partners: Partners<'_>,
+        count: usize,
+    ) {
         let potentials = ENERGY || field.switch.is_some();
-        self.force[..len].fill(0.0);
+        self.force[..LEN].fill(0.0);
         if potentials {
-            self.near_field[..len].fill(0.0);
+            self.near_field[..LEN].fill(0.0);
         }
         if field.groups.is_empty() {
             return;
         }
         for group in &field.groups {
-            self.sum[..len].fill(0.0);
+            self.sum[..LEN].fill(0.0);
             if potentials {
-                self.energy[..len].fill(0.0);
+                self.energy[..LEN].fill(0.0);
             }
             for term in &group.terms {
-                term.power.block(len, &self.square, &self.inverse, &mut self.power);
-                for k in 0..len {
+                term.power.block::<LEN>(&self.square, &self.inverse, &mut self.power);
+                for k in 0..LEN {
                     self.sum[k] += term.strength * self.power[k];
                 }
                 if potentials {
-                    term.power.potential_block(len, &self.square, &self.inverse, &self.power, &mut self.potential);
-                    for k in 0..len {
+                    term.power.potential_block::<LEN>(&self.square, &self.inverse, &self.power, &mut self.potential);
+                    for k in 0..LEN {
                         self.energy[k] += term.strength * (self.potential[k] - term.shift);
                     }
                 }
@@ -268,39 +298,39 @@ impl Block {
             if let Some(weight) = &group.weight {
                 // The product first: it is the same for (i, j) and (j, i).
                 let own = weight[i];
-                partners.map(weight, count, &mut self.potential, |other| other * own);
-                for k in 0..len {
+                partners.map::<LEN>(weight, count, &mut self.potential, |other| other * own);
+                for k in 0..LEN {
                     self.sum[k] *= self.potential[k];
                 }
                 if potentials {
-                    for k in 0..len {
+                    for k in 0..LEN {
                         self.energy[k] *= self.potential[k];
                     }
                 }
             }
-            for k in 0..len {
+            for k in 0..LEN {
                 self.force[k] += self.sum[k];
             }
             if potentials {
-                for k in 0..len {
+                for k in 0..LEN {
                     self.near_field[k] += self.energy[k];
                 }
             }
         }
         if let Some(switch) = field.switch {
-            for k in 0..len {
+            for k in 0..LEN {
                 let (value, slope) = switch.at(self.square[k] * self.inverse[k]);
                 self.force[k] = self.force[k] * value + self.near_field[k] * slope;
                 self.near_field[k] *= value;
             }
         }
         let reach = square_of(field.cutoff);
-        for k in 0..len {
+        for k in 0..LEN {
             let inside = self.square[k] <= reach;
             self.force[k] = if inside { self.force[k] } else { 0.0 };
         }
         if ENERGY {
-            for k in 0..len {
+            for k in 0..LEN {
                 let inside = self.square[k] <= reach;
                 self.near_field[k] = if inside { self.near_field[k] } else { 0.0 };
             }
@@ -309,47 +339,52 @@ impl Block {
 
     /// Adds binding (13) to `force` (and sets `binding`).
     #[inline(always)]
-    fn bind<const ENERGY: bool>(&mut self, field: &Field, i: usize, partners: Partners<'_>, count: usize) {
+    fn bind<const ENERGY: bool, const LEN: usize>(
+        &mut self,
+        field: &Field,
+        i: usize,
+        partners: Partners<'_>,
+        count: usize,
+    ) {
         let Some(binding) = &field.binding else { return };
-        let len = self.len.min(BLOCK);
         let own = binding.radius[i];
-        partners.map(&binding.radius, count, &mut self.sum, |other| binding.range * (other + own));
+        partners.map::<LEN>(&binding.radius, count, &mut self.sum, |other| binding.range * (other + own));
         let mut any = false;
-        for k in 0..len {
+        for k in 0..LEN {
             any |= self.square[k] <= self.sum[k] * self.sum[k];
         }
         if !any {
-            self.binding[..len].fill(0.0);
+            self.binding[..LEN].fill(0.0);
             return;
         }
-        binding.power.block(len, &self.square, &self.inverse, &mut self.power);
+        binding.power.block::<LEN>(&self.square, &self.inverse, &mut self.power);
         if ENERGY {
-            binding.power.potential_block(len, &self.square, &self.inverse, &self.power, &mut self.potential);
+            binding.power.potential_block::<LEN>(&self.square, &self.inverse, &self.power, &mut self.potential);
             // The same potential at the activation distance, which differs from pair to pair.
             let (mut square, mut inverse) = ([1.0; BLOCK], [1.0; BLOCK]);
-            for k in 0..len {
+            for k in 0..LEN {
                 square[k] = self.sum[k] * self.sum[k];
                 inverse[k] = 1.0 / self.sum[k];
             }
             let (mut power, mut shift) = ([0.0; BLOCK], [0.0; BLOCK]);
-            binding.power.block(len, &square, &inverse, &mut power);
-            binding.power.potential_block(len, &square, &inverse, &power, &mut shift);
-            for k in 0..len {
+            binding.power.block::<LEN>(&square, &inverse, &mut power);
+            binding.power.potential_block::<LEN>(&square, &inverse, &power, &mut shift);
+            for k in 0..LEN {
                 self.binding[k] = binding.strength * (self.potential[k] - shift[k]);
             }
         }
-        for k in 0..len {
+        for k in 0..LEN {
             self.power[k] *= binding.strength;
         }
         if let Some(weight) = &binding.weight {
             let own = weight[i];
-            partners.map(weight, count, &mut self.potential, |other| other * own);
-            for k in 0..len {
+            partners.map::<LEN>(weight, count, &mut self.potential, |other| other * own);
+            for k in 0..LEN {
                 self.power[k] *= self.potential[k];
                 self.binding[k] *= self.potential[k];
             }
         }
-        for k in 0..len {
+        for k in 0..LEN {
             let active = self.square[k] <= self.sum[k] * self.sum[k];
             self.force[k] += if active { self.power[k] } else { 0.0 };
             self.binding[k] = if active { self.binding[k] } else { 0.0 };
@@ -358,36 +393,24 @@ impl Block {
 
     /// Adds the block's forces to lanes of x, y and z.
     #[inline(always)]
-    fn add_forces(&mut self, lanes: &mut [[f64; LANES]; 3]) {
-        let len = self.len.min(BLOCK);
-        for k in 0..len {
+    fn add_forces<const LEN: usize>(&mut self, lanes: &mut [[f64; LANES]; 3]) {
+        for k in 0..LEN {
             self.force[k] *= self.inverse[k];
         }
-        for (axis, lane) in lanes.iter_mut().enumerate() {
-            add_product(lane, &self.force[..len], &self.d[axis][..len]);
+        for (lane, d) in lanes.iter_mut().zip(&self.d) {
+            for k in 0..LEN {
+                lane[k % LANES] += self.force[k] * d[k];
+            }
         }
     }
 
     /// Adds the block's near-field and binding energy to two lanes.
     #[inline(always)]
-    fn add_energies(&self, lanes: &mut [[f64; LANES]; 3]) {
-        let len = self.len.min(BLOCK);
+    fn add_energies<const LEN: usize>(&self, lanes: &mut [[f64; LANES]; 3]) {
         for (lane, energy) in lanes.iter_mut().zip([&self.near_field, &self.binding]) {
-            for chunk in energy[..len].chunks_exact(LANES) {
-                for l in 0..LANES {
-                    lane[l] += chunk[l];
-                }
+            for k in 0..LEN {
+                lane[k % LANES] += energy[k];
             }
-        }
-    }
-}
-
-/// lane += a * b, eight at a time.
-#[inline(always)]
-fn add_product(lane: &mut [f64; LANES], a: &[f64], b: &[f64]) {
-    for (a, b) in a.chunks_exact(LANES).zip(b.chunks_exact(LANES)) {
-        for l in 0..LANES {
-            lane[l] += a[l] * b[l];
         }
     }
 }

@@ -5,7 +5,7 @@ use nalgebra::Vector3;
 use super::random::Stream;
 use crate::domain::Domain;
 use crate::error::SetupError;
-use crate::scene::{ChargeDeal, Problem, RandomCube, sphere_mass};
+use crate::scene::{ChargeDeal, Problem, RandomCube, short, sphere_mass};
 use crate::state::{Columns, Particles, State};
 
 /// Draws for one sphere before the cube counts as full. Near the densest random placement, 38 % of the volume, a sphere
@@ -81,9 +81,10 @@ fn filled_share(n: usize, radius: f64, extent: &[f64; 3], domain: &Domain) -> f6
 
 fn cannot_fill(cube: &RandomCube, radius: f64, share: f64, why: &str) -> SetupError {
     let message = format!(
-        "{} spheres of radius {radius:.4} m do not fit a cube of {} m: they would fill {:.1} % of it; {why}",
+        "{} spheres of radius {} m do not fit a cube of {} m: they would fill {:.1} % of it; {why}",
         cube.count,
-        cube.side,
+        short(radius),
+        short(cube.side),
         100.0 * share
     );
     Problem::new("/particles/random_cube", message)

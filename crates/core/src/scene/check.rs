@@ -129,7 +129,7 @@ impl<'a> Checker<'a> {
         let count = elements.len() as u64;
         if count < least || count > most {
             let needed = if least == most { format!("{least}") } else { format!("at least {least}") };
-            let noun = if least == 1 && least == most { "element" } else { "elements" };
+            let noun = if least == 1 { "element" } else { "elements" };
             self.report(pointer, format!("{} must have {needed} {noun}, not {count}", subject(pointer)));
         }
         if let Some(items) = schema.get("items") {
@@ -150,17 +150,15 @@ impl<'a> Checker<'a> {
             .filter_map(Value::as_str)
             .filter(|key| !members.iter().any(|m| m.key == *key))
             .collect();
+        // A key that is given was not the one meant by a misspelt one.
+        let candidates: Vec<&str> =
+            properties.keys().map(String::as_str).filter(|key| !members.iter().any(|m| m.key == *key)).collect();
         for member in members {
             match properties.get(&member.key) {
                 Some(property) => {
                     self.value(&member.value, &format!("{pointer}/{}", escape(&member.key)), property, about);
                 }
                 None => {
-                    let candidates: Vec<&str> = properties
-                        .keys()
-                        .map(String::as_str)
-                        .filter(|key| !members.iter().any(|m| m.key == *key))
-                        .collect();
                     let meant = self.unknown_key(member, pointer, &candidates, properties.keys().map(String::as_str));
                     // A misspelt key is one problem, not two.
                     missing.retain(|key| Some(*key) != meant);
@@ -195,6 +193,11 @@ impl<'a> Checker<'a> {
         candidates: &[&'k str],
         all: impl Iterator<Item = &'k str>,
     ) -> Option<&'k str> {
+        let at = format!("{pointer}/{}", escape(&member.key));
+        if self.problems.is_full() {
+            self.report(&at, String::new());
+            return None;
+        }
         let meant = nearest(&member.key, candidates);
         let elsewhere = homes(self.root, &member.key);
         let hint = match (meant, elsewhere.as_slice()) {
@@ -202,7 +205,6 @@ impl<'a> Checker<'a> {
             (None, [one]) => format!("\"{}\" is a key of {}", member.key, place(one)),
             (None, _) => format!("the keys here are {}", list(all)),
         };
-        let at = format!("{pointer}/{}", escape(&member.key));
         self.problems.push(Problem {
             span: key_span(member),
             ..Problem::new(at, format!("unknown key \"{}\" in {}", member.key, place(pointer))).hint(hint)

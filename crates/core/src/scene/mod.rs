@@ -41,6 +41,7 @@ pub fn locate(problems: &mut [Problem], text: &str, settings: &[Setting]) {
 
 pub(crate) use problem::Problems;
 pub(crate) use validate::sphere_mass;
+pub(crate) use words::short;
 
 impl Scene {
     /// Reads a scene from JSON with comments and trailing commas, after applying `settings` in order.

@@ -55,11 +55,16 @@ impl Problems {
 
     /// Adds a problem, or only counts it once there are many.
     pub fn push(&mut self, problem: Problem) {
-        if self.list.len() < Self::LIMIT {
-            self.list.push(problem);
-        } else {
+        if self.is_full() {
             self.more += 1;
+        } else {
+            self.list.push(problem);
         }
+    }
+
+    /// Whether further problems will only be counted, and finding words for them is wasted.
+    pub fn is_full(&self) -> bool {
+        self.list.len() >= Self::LIMIT
     }
 
     /// Whether there is none.

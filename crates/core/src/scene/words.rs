@@ -33,6 +33,16 @@ pub(super) fn range(schema: &Value) -> String {
     }
 }
 
+/// A number to four digits, as one writes it.
+pub(crate) fn short(value: f64) -> String {
+    let rounded = format!("{value:.3e}").parse().unwrap_or(value);
+    if rounded == 0.0 || (1e-3..1e6).contains(&f64::abs(rounded)) {
+        rounded.to_string()
+    } else {
+        format!("{rounded:e}")
+    }
+}
+
 /// A number without a needless `.0`.
 pub(super) fn plain(value: &Value) -> String {
     let text = value.to_string();

@@ -27,7 +27,7 @@ pub(super) fn check(scene: &Scene, problems: &mut Vec<Problem>) {
         );
     }
     let log_time = scene.duration * record.time_scale;
-    if !(log_time <= LONGEST_LOG) {
+    if log_time > LONGEST_LOG {
         let message = format!(
             "the log would end at {log_time:e} s of log time (duration times record.time_scale); its clock ends at \
              {LONGEST_LOG:e} s"
@@ -62,7 +62,7 @@ fn check_step(scene: &Scene, problems: &mut Vec<Problem>) {
     }
     // Beyond this many steps, adding one to the time changes nothing.
     const MOST_STEPS: f64 = 4_503_599_627_370_496.0;
-    if !(scene.duration / max <= MOST_STEPS) {
+    if scene.duration / max > MOST_STEPS {
         let message = format!("steps of {max:e} s vanish beside a duration of {:e} s", scene.duration);
         let pointer = match (step.fixed, step.max) {
             (Some(_), _) => "/solver/step/fixed",

@@ -1,0 +1,53 @@
+//! Opening logs, and what it means when one cannot be read.
+
+use std::fs::File;
+use std::io::BufReader;
+use std::path::Path;
+
+use agglo_replay::{Damage, Log, LogError};
+
+use crate::failure::{Failure, Message};
+use crate::terminal::Terminal;
+
+/// Parts of a damaged log that are named; `-v` names all.
+const DAMAGE_SHOWN: usize = 10;
+
+/// Opens a log.
+///
+/// # Errors
+/// As [`Log::open`].
+pub fn open(path: &Path) -> Result<Log<BufReader<File>>, LogError> {
+    Log::open(path)
+}
+
+/// A log that cannot be used is bad input.
+pub fn failure(path: &Path, error: &LogError) -> Failure {
+    let name = path.display();
+    let message = match error {
+        LogError::Io(error) if error.kind() == std::io::ErrorKind::IsADirectory => {
+            Message::new(format!("{name} is a folder; a log is a file")).hint("name a file in it")
+        }
+        LogError::Io(error) => Message::new(format!("cannot read the log {name}: {error}")),
+        LogError::NotALog(_) | LogError::Foreign(_) => {
+            Message::new(format!("{name}: {error}")).hint("`agglo run` writes logs")
+        }
+        LogError::Damaged(_) => {
+            Message::new(format!("{name}: {error}")).hint(format!("`agglo info {name} --check` says what is left"))
+        }
+        _ => Message::new(format!("{name}: {error}")),
+    };
+    Failure::Input(message.file(name))
+}
+
+/// Warns of what is lost.
+pub fn warn(path: &Path, damage: &[Damage], terminal: &Terminal) {
+    let shown = if terminal.verbose { usize::MAX } else { DAMAGE_SHOWN };
+    let name = path.display().to_string();
+    for lost in damage.iter().take(shown) {
+        terminal.warning(&Message::new(format!("{name} is damaged at {lost}")).file(&name));
+    }
+    if damage.len() > shown {
+        let text = format!("{name} is damaged in {} more places, which -v names", damage.len() - shown);
+        terminal.warning(&Message::new(text).file(name));
+    }
+}

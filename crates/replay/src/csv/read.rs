@@ -1,0 +1,222 @@
+//! From CSV to particles.
+
+use std::io::Read;
+
+use agglo_core::scene::ListedParticle;
+
+use super::COLUMNS;
+
+/// Columns that a particle cannot do without.
+const REQUIRED: [&str; 5] = ["x", "y", "z", "radius", "mass"];
+
+/// Something wrong in a CSV file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct CsvError {
+    /// Line, from 1; 0 for the whole file.
+    pub line: u64,
+    /// Column, from 1; 0 for the whole line.
+    pub column: u64,
+    /// What is wrong, as a sentence.
+    pub message: String,
+}
+
+impl std::fmt::Display for CsvError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match (self.line, self.column) {
+            (0, _) => f.write_str(&self.message),
+            (line, 0) => write!(f, "line {line}: {}", self.message),
+            (line, column) => write!(f, "line {line}, column {column}: {}", self.message),
+        }
+    }
+}
+
+impl std::error::Error for CsvError {}
+
+/// Reads particles from CSV with the columns of an export, in any order; of several times the last. Columns `vx`, `vy`,
+/// `vz`, `charge`, `temperature` may be absent; `step`, `id` and `cluster` are not used.
+///
+/// # Errors
+/// The first thing that is wrong, with its line and column.
+pub fn read_particles(input: impl Read) -> Result<Vec<ListedParticle>, CsvError> {
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(input);
+    let header = reader.byte_headers().map_err(|e| from_csv(&e))?.clone();
+    let columns = Columns::new(&header)?;
+    let mut particles = Vec::new();
+    let mut latest = f64::NEG_INFINITY;
+    let mut record = csv::ByteRecord::new();
+    while reader.read_byte_record(&mut record).map_err(|e| from_csv(&e))? {
+        let row = Row { record: &record, line: record.position().map_or(0, csv::Position::line) };
+        let t = columns.t.map_or(Ok(latest.max(0.0)), |column| row.number("t", column))?;
+        if t < latest {
+            continue;
+        }
+        if t > latest {
+            particles.clear();
+            latest = t;
+        }
+        particles.push(columns.particle(&row)?);
+    }
+    if particles.is_empty() {
+        return Err(CsvError { line: 0, column: 0, message: "there is no particle below the header".to_owned() });
+    }
+    Ok(particles)
+}
+
+/// Where the columns stand that are used.
+struct Columns {
+    t: Option<usize>,
+    position: [usize; 3],
+    velocity: [Option<usize>; 3],
+    radius: usize,
+    mass: usize,
+    charge: Option<usize>,
+    temperature: Option<usize>,
+}
+
+impl Columns {
+    fn new(header: &csv::ByteRecord) -> Result<Self, CsvError> {
+        let mut names: Vec<String> = Vec::new();
+        for (k, cell) in header.iter().enumerate() {
+            let name = String::from_utf8_lossy(cell);
+            // Spreadsheets put a byte order mark in front of UTF-8.
+            let name = name.trim_start_matches('\u{feff}').to_owned();
+            let fail = |message| Err(CsvError { line: 1, column: k as u64 + 1, message });
+            if !COLUMNS.contains(&name.as_str()) {
+                let near = COLUMNS
+                    .iter()
+                    .max_by(|a, b| strsim::jaro_winkler(a, &name).total_cmp(&strsim::jaro_winkler(b, &name)));
+                let meant = near.filter(|near| strsim::jaro_winkler(near, &name) > 0.8);
+                let meant = meant.map(|near| format!("; did you mean {near:?}?")).unwrap_or_default();
+                return fail(format!("the column {name:?} is none of {}{meant}", COLUMNS.join(", ")));
+            }
+            if names.contains(&name) {
+                return fail(format!("there is a second column {name:?}"));
+            }
+            names.push(name);
+        }
+        let find = |name: &str| names.iter().position(|found| found == name);
+        let need = |name: &str| {
+            find(name).ok_or_else(|| CsvError {
+                line: 1,
+                column: 0,
+                message: format!("there is no column {name:?}; {} are needed", REQUIRED.join(", ")),
+            })
+        };
+        Ok(Self {
+            t: find("t"),
+            position: [need("x")?, need("y")?, need("z")?],
+            velocity: [find("vx"), find("vy"), find("vz")],
+            radius: need("radius")?,
+            mass: need("mass")?,
+            charge: find("charge"),
+            temperature: find("temperature"),
+        })
+    }
+
+    fn particle(&self, row: &Row<'_>) -> Result<ListedParticle, CsvError> {
+        let [x, y, z] = self.position;
+        let [vx, vy, vz] = self.velocity;
+        let or_zero = |name, column: Option<usize>| column.map_or(Ok(0.0), |column| row.number(name, column));
+        Ok(ListedParticle {
+            position: [row.number("x", x)?, row.number("y", y)?, row.number("z", z)?],
+            velocity: [or_zero("vx", vx)?, or_zero("vy", vy)?, or_zero("vz", vz)?],
+            radius: row.positive("radius", self.radius)?,
+            density: None,
+            mass: Some(row.positive("mass", self.mass)?),
+            temperature: self.temperature.map(|column| row.positive("temperature", column)).transpose()?,
+            charge: self.charge.map(|column| row.number("charge", column)).transpose()?,
+        })
+    }
+}
+
+/// A line of the file.
+struct Row<'a> {
+    record: &'a csv::ByteRecord,
+    line: u64,
+}
+
+impl Row<'_> {
+    fn number(&self, name: &str, column: usize) -> Result<f64, CsvError> {
+        let cell = String::from_utf8_lossy(self.record.get(column).unwrap_or_default());
+        match cell.parse::<f64>() {
+            Ok(value) if value.is_finite() => Ok(value),
+            _ => Err(self.fail(column, format!("{name} is {cell:?}, not a finite number"))),
+        }
+    }
+
+    fn positive(&self, name: &str, column: usize) -> Result<f64, CsvError> {
+        match self.number(name, column)? {
+            value if value > 0.0 => Ok(value),
+            value => Err(self.fail(column, format!("{name} is {value:?}, but must be above 0"))),
+        }
+    }
+
+    fn fail(&self, column: usize, message: String) -> CsvError {
+        CsvError { line: self.line, column: column as u64 + 1, message }
+    }
+}
+
+fn from_csv(error: &csv::Error) -> CsvError {
+    let line = error.position().map_or(0, csv::Position::line);
+    let message = match error.kind() {
+        csv::ErrorKind::Io(e) => format!("cannot be read: {e}"),
+        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
+            format!("there are {len} values for {expected_len} columns")
+        }
+        _ => error.to_string(),
+    };
+    CsvError { line, column: 0, message }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn fails(text: &str) -> String {
+        read_particles(text.as_bytes()).expect_err(text).to_string()
+    }
+
+    #[test]
+    fn columns_are_found_by_name_and_the_last_time_wins() {
+        let text =
+            "t,mass,radius,z,y,x,vx,charge\n0,1,1,0,0,0,0,0\n1.5,2,0.5,3,2,1,-1,1e-9\n1.5,4,0.25,6,5,4,0,-1e-9\n";
+        let particles = read_particles(text.as_bytes()).expect("a table");
+        assert_eq!(particles.len(), 2);
+        assert_eq!(particles[0].position, [1.0, 2.0, 3.0]);
+        assert_eq!(particles[0].velocity, [-1.0, 0.0, 0.0]);
+        assert_eq!((particles[1].radius, particles[1].mass), (0.25, Some(4.0)));
+        assert_eq!(particles[1].charge, Some(-1e-9));
+        assert_eq!(particles[1].temperature, None);
+    }
+
+    #[test]
+    fn what_is_wrong_is_named_with_its_place() {
+        assert_eq!(
+            fails("x,y,z,radius\n0,0,0,1\n"),
+            "line 1: there is no column \"mass\"; x, y, z, radius, mass are needed"
+        );
+        let near = fails("x,y,z,radius,mass,temprature\n");
+        assert!(near.starts_with("line 1, column 6:") && near.contains("did you mean \"temperature\"?"), "{near}");
+        assert_eq!(fails("x,x\n"), "line 1, column 2: there is a second column \"x\"");
+        assert_eq!(
+            fails("x,y,z,radius,mass\n0,0,0,1,1\n0,0,1 um,1,1\n"),
+            "line 3, column 3: z is \"1 um\", not a finite number"
+        );
+        assert_eq!(fails("x,y,z,radius,mass\n0,0,0,1,0\n"), "line 2, column 5: mass is 0.0, but must be above 0");
+        assert_eq!(fails("x,y,z,radius,mass\n0,0,NaN,1,1\n"), "line 2, column 3: z is \"NaN\", not a finite number");
+        assert_eq!(fails("x,y,z,radius,mass\n0,0,0,1\n"), "line 2: there are 4 values for 5 columns");
+        assert_eq!(fails("x,y,z,radius,mass\n"), "there is no particle below the header");
+        assert_eq!(fails(""), "line 1: there is no column \"x\"; x, y, z, radius, mass are needed");
+    }
+
+    #[test]
+    fn no_bytes_make_it_panic() {
+        for text in
+            [&b"\xff\xfe\x00"[..], b"x,y,z,radius,mass\n\xff,0,0,1,1\n", b"\"x", b"\xef\xbb\xbfx,y,z,radius,mass\n"]
+        {
+            assert!(read_particles(text).is_err());
+        }
+        let marked = b"\xef\xbb\xbfx,y,z,radius,mass\r\n0,0,0,1,1\r\n";
+        assert_eq!(read_particles(&marked[..]).expect("a byte order mark is passed over").len(), 1);
+    }
+}

@@ -1,0 +1,26 @@
+//! The log: what is recorded comes back, the same run gives the same bytes, and no failure looks like success.
+
+#![allow(missing_docs)]
+
+#[path = "log/bytes.rs"]
+mod bytes;
+#[path = "log/compat.rs"]
+mod compat;
+#[path = "log/csv.rs"]
+mod csv;
+#[path = "log/damage.rs"]
+mod damage;
+#[path = "log/dependencies.rs"]
+mod dependencies;
+#[path = "log/failures.rs"]
+mod failures;
+#[path = "log/fields.rs"]
+mod fields;
+#[path = "log/size.rs"]
+mod size;
+#[path = "log/source.rs"]
+mod source;
+#[path = "log/story.rs"]
+mod story;
+#[path = "log/viewers.rs"]
+mod viewers;
