@@ -116,9 +116,10 @@ mod tests {
     #[test]
     fn resampling_is_linear_between_and_constant_outside() {
         let (times, values) = ([0.0, 1.0, 3.0], [10.0, 20.0, 0.0]);
-        assert_eq!(resample(&times, &values, &[-1.0, 0.0, 0.5, 1.0, 2.0, 3.0, 9.0]), [
-            10.0, 10.0, 15.0, 20.0, 10.0, 0.0, 0.0
-        ]);
+        assert_eq!(
+            resample(&times, &values, &[-1.0, 0.0, 0.5, 1.0, 2.0, 3.0, 9.0]),
+            [10.0, 10.0, 15.0, 20.0, 10.0, 0.0, 0.0]
+        );
         assert!(resample(&[], &[], &[0.0])[0].is_nan());
     }
 }

@@ -1,6 +1,5 @@
 //! The command line: commands, options and their help, from which completions and manual pages are generated as well.
 
-use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
 use agglo_core::scene::Setting;
@@ -54,8 +53,8 @@ pub struct Global {
     #[arg(long, global = true, value_name = "FORMAT", value_enum, default_value_t)]
     pub errors: ErrorFormat,
     /// Number of threads; results do not depend on it [default: one per core]
-    #[arg(long, global = true, value_name = "N")]
-    pub threads: Option<NonZeroUsize>,
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
 }
 
 /// When to use colour.

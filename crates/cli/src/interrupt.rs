@@ -20,13 +20,18 @@ impl Interrupt {
     /// # Errors
     /// The system refuses.
     pub fn install() -> Result<Self, Failure> {
+        let refused = |error| Failure::Failed(Message::new(format!("cannot listen for signals: {error}")));
         let asked = Arc::new(AtomicBool::new(false));
         for signal in [SIGINT, SIGTERM] {
             // In this order: a signal ends the program if one came before, and is remembered otherwise.
             signal_hook::flag::register_conditional_shutdown(signal, i32::from(EXIT_CODE), Arc::clone(&asked))
                 .and_then(|_| signal_hook::flag::register(signal, Arc::clone(&asked)))
-                .map_err(|error| Failure::Failed(Message::new(format!("cannot listen for Ctrl-C: {error}"))))?;
+                .map_err(refused)?;
         }
+        // A limit on the size of files comes with a signal that ends programs; without it the write fails instead, and
+        // that is reported like a full disk.
+        #[cfg(unix)]
+        signal_hook::flag::register(signal_hook::consts::SIGXFSZ, Arc::new(AtomicBool::new(false))).map_err(refused)?;
         Ok(Self(asked))
     }
 

@@ -95,7 +95,7 @@ fn usage(error: &clap::Error) -> ExitCode {
 /// Sets the number of threads for the whole program.
 fn threads(options: &Global) -> Result<(), Failure> {
     let Some(threads) = options.threads else { return Ok(()) };
-    rayon::ThreadPoolBuilder::new().num_threads(threads.get()).build_global().map_err(|error| {
+    rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global().map_err(|error| {
         Failure::Input(
             Message::new(format!("cannot start {threads} threads: {error}")).hint("give a smaller --threads"),
         )

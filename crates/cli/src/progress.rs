@@ -11,8 +11,8 @@ use crate::terminal::Terminal;
 
 /// Length of the bar: simulated time counts in these parts of the duration.
 const PARTS: f64 = 1e6;
-/// What the bar looks like.
-const TEMPLATE: &str = "{bar:20} {percent:>3} %  {eta} left  {wide_msg}";
+/// What the bar looks like; it fits into 80 columns.
+const TEMPLATE: &str = "{bar:12} {percent:>3} %  {eta} left  {wide_msg}";
 /// Time between redraws of the bar.
 const REDRAW: Duration = Duration::from_millis(50);
 /// Time between JSON lines.
@@ -117,12 +117,12 @@ impl Progress {
 
     fn message(&self, numbers: &Numbers) -> String {
         use std::fmt::Write;
-        let mut message = format!("t = {:.4} of {} s", numbers.time, self.duration);
+        let mut message = format!("t {:.4} of {} s", numbers.time, self.duration);
         if let Some(dt) = numbers.dt {
-            _ = write!(message, "  dt {dt:.2e} s");
+            _ = write!(message, "  dt {dt:.1e} s");
         }
         if let Some(iterations) = numbers.iterations {
-            _ = write!(message, "  {}", counted(iterations, "iteration"));
+            _ = write!(message, "  {iterations} iter.");
         }
         if let Some(clusters) = self.clusters {
             _ = write!(message, "  {}", counted(clusters.into(), "cluster"));
@@ -159,7 +159,7 @@ mod tests {
     #[test]
     fn a_bar_says_time_step_iterations_clusters() {
         let message = progress(ProgressKind::Never).message(&NUMBERS);
-        assert_eq!(message, "t = 1.2500 of 5 s  dt 1.00e-3 s  2 iterations  3 clusters");
+        assert_eq!(message, "t 1.2500 of 5 s  dt 1.0e-3 s  2 iter.  3 clusters");
     }
 
     #[test]

@@ -8,18 +8,11 @@
 //! Valid for an isolated pair, outside the switching range of `switch_from`. s in m, F in N, k in N/m.
 
 use crate::scene::{Cutoff, NamedCutoff, Scene, Weight};
-use crate::state::{Particles, State};
+use crate::state::Particles;
 
-/// Steps per shortest natural period that [`suggest_step`] asks for. Velocity Verlet is stable above pi; 50 keeps its
-/// phase error near 0.07 % of a period and leaves room for several neighbours stiffening the same particle.
-const STEPS_PER_PERIOD: f64 = 50.0;
+mod suggest;
 
-/// Share of the smallest radius that a particle may travel in a suggested step; a larger one deepens overlaps before an
-/// impact at a step's end is seen.
-const TRAVEL: f64 = 0.1;
-
-/// Fewest steps of a suggested step in the duration, where nothing else limits it.
-const FEWEST_STEPS: f64 = 100.0;
+pub use suggest::{StepLimit, SuggestedStep, suggest_step};
 
 /// Kinds of particles of which all pairs are examined; above, only the extreme ones are.
 const MAX_KINDS: usize = 64;
@@ -317,87 +310,6 @@ fn extremes(particles: &Particles, kinds: Vec<(usize, Option<usize>)>) -> Vec<(u
         chosen.extend(kinds.iter().max_by(by_value));
     }
     chosen.into_iter().collect()
-}
-
-/// A step to begin with.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SuggestedStep {
-    /// The step [s].
-    pub seconds: f64,
-    /// What limits it.
-    pub limit: StepLimit,
-}
-
-/// What limits a suggested step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum StepLimit {
-    /// A fiftieth of the shortest natural period of a pair.
-    Period,
-    /// The fastest particle travels a tenth of the smallest radius against another.
-    Travel,
-    /// External forces move a particle by a tenth of the smallest radius from rest.
-    Fall,
-    /// Nothing but the duration, of which it is a hundredth.
-    Duration,
-}
-
-impl std::fmt::Display for StepLimit {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(match self {
-            Self::Period => "1/50 of the shortest natural period",
-            Self::Travel => "the fastest approach covers 1/10 of the smallest radius",
-            Self::Fall => "external forces move a particle by 1/10 of the smallest radius",
-            Self::Duration => "1/100 of the duration; nothing else limits it",
-        })
-    }
-}
-
-/// A step small enough for every pair's vibration and, with contact, for impacts to be seen in time, judged from the
-/// initial state. A cloud that collapses or heats up may need a smaller one.
-#[must_use]
-pub fn suggest_step(scene: &Scene, particles: &Particles, state: &State, survey: &Survey) -> SuggestedStep {
-    let mut step = SuggestedStep { seconds: scene.duration / FEWEST_STEPS, limit: StepLimit::Duration };
-    let mut limit = |seconds: f64, limit: StepLimit| {
-        if seconds > 0.0 && seconds < step.seconds {
-            step = SuggestedStep { seconds, limit };
-        }
-    };
-    if let Some((period, _)) = survey.shortest_period() {
-        limit(period / STEPS_PER_PERIOD, StepLimit::Period);
-    }
-    if scene.contact.is_some() && !particles.is_empty() {
-        let reach = TRAVEL * particles.radius.iter().copied().fold(f64::INFINITY, f64::min);
-        limit(reach / largest_approach(scene, state), StepLimit::Travel);
-        let fall = largest_external(scene, particles);
-        limit((2.0 * reach / fall).sqrt(), StepLimit::Fall);
-    }
-    step
-}
-
-/// Upper bound of the speed at which two particles, or a particle and a wall, approach [m/s].
-fn largest_approach(scene: &Scene, state: &State) -> f64 {
-    let n = state.velocity.len();
-    let [x, y, z] = state.velocity.axes();
-    let mean = [x, y, z].map(|column| column.iter().sum::<f64>() / n as f64);
-    let fastest = |from: [f64; 3]| {
-        let square = |i: usize| [x[i] - from[0], y[i] - from[1], z[i] - from[2]].map(|v| v * v).iter().sum::<f64>();
-        (0..n).map(square).fold(0.0, f64::max).sqrt()
-    };
-    let walls = scene.domain.as_ref().is_some_and(|domain| !domain.walls.is_empty());
-    let against_walls = if walls { fastest([0.0; 3]) } else { 0.0 };
-    if n > 1 { against_walls.max(2.0 * fastest(mean)) } else { against_walls }
-}
-
-/// Largest acceleration that external forces give to a particle [m/s^2].
-fn largest_external(scene: &Scene, particles: &Particles) -> f64 {
-    let Some(external) = scene.external.as_ref() else { return 0.0 };
-    let gravity = external.gravity.unwrap_or_default();
-    let field = external.electric_field.unwrap_or_default();
-    let acceleration = |i: usize| {
-        let per_mass = particles.charge.as_ref().map_or(0.0, |q| q[i] / particles.mass[i]);
-        (0..3).map(|k| gravity[k] + per_mass * field[k]).map(|a| a * a).sum::<f64>().sqrt()
-    };
-    (0..particles.len()).map(acceleration).fold(0.0, f64::max)
 }
 
 #[cfg(test)]

@@ -42,6 +42,8 @@ pub struct Simulation {
     /// Position tolerance TOL_r [-].
     pub(crate) tolerance: f64,
     record: Record,
+    /// Whether the observer has seen the start.
+    started: bool,
 }
 
 /// Notices that are given once in a run; their bits are kept in checkpoints, so numbers are never reused.
@@ -128,6 +130,7 @@ impl Simulation {
             duration: scene.duration,
             tolerance: scene.solver.tolerance.position,
             record: scene.record.clone(),
+            started: false,
             model,
             control,
             stagger,
@@ -199,6 +202,7 @@ impl Simulation {
         (self.time, self.next_dt, self.state, self.acceleration) = (time, next_dt, state, acceleration);
         (self.totals, self.initial_energy, self.initial_momentum) = (totals, initial_energy, initial_momentum);
         (self.counters, self.notices_given) = (counters, notices_given);
+        self.started = true;
         Ok(())
     }
 
@@ -228,7 +232,8 @@ impl Simulation {
     /// A step that cannot be completed, a value that stops being finite, a failing observer.
     pub fn run(&mut self, observer: &mut dyn Observer) -> Result<Outcome, RunError> {
         let mut flow = Flow::Continue;
-        if self.counters.steps == 0 {
+        if !self.started {
+            self.started = true;
             flow = self.report(observer, true)?;
         }
         while flow == Flow::Continue && !self.finished() {

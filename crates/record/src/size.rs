@@ -5,6 +5,12 @@ use agglo_core::scene::{Compression, Precision, Scene};
 use crate::channels::Effects;
 use crate::cloud::CloudWriter;
 
+/// Head of a message in its chunk [bytes].
+const HEAD: f64 = 31.0;
+
+/// Entry of a message in the index behind its chunk [bytes].
+const INDEX: f64 = 16.0;
+
 /// An estimate of a log's size, without impacts and rejected attempts, whose numbers only a run can tell.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SizeEstimate {
@@ -32,31 +38,33 @@ pub fn estimate(scene: &Scene, particles: usize, steps: u64) -> SizeEstimate {
     let effects = Effects::new(scene, particles);
     let n = particles as f64;
     let record = &scene.record;
-    // Share of a byte that is left of it. Mantissas do not compress; signs, exponents and colours do. Measured on the
-    // paper's cloud, rounded up.
-    let (floats, rest) = match record.compression {
-        Compression::Zstd => (0.93, 0.45),
-        Compression::Lz4 => (1.0, 0.7),
+    // What is left of a byte of a measured number, whose mantissa does not compress, and of any other byte.
+    let (number, other) = match record.compression {
+        Compression::Zstd => (0.9, 0.15),
+        Compression::Lz4 => (1.0, 0.3),
         Compression::None => (1.0, 1.0),
     };
-    let columns = 6.0 + f64::from(u8::from(effects.thermal));
-    let number = match effects.precision {
+    // A message of `numbers` bytes of measured numbers and `others` other bytes, with its head in the chunk and its
+    // entry in the index behind the chunk, which is not compressed.
+    let message = |numbers: f64, others: f64| numbers * number + (others + HEAD) * other + INDEX;
+
+    let width = match effects.precision {
         Precision::F64 => 8.0,
         Precision::F32 => 4.0,
     };
-    let row = columns * number;
-    let other = CloudWriter::new(&effects).stride() as f64 - row;
-    // Every message has a header of 31 bytes in its chunk and an entry of 16 bytes in the index behind it.
-    const INDEX: f64 = 16.0;
-    const HEADER: f64 = 31.0;
-    let per_step = 140.0 * rest + HEADER * rest + INDEX;
-    let cloud = n * (row * floats + other * rest) + 400.0 * rest + INDEX;
-    let energy = (180.0 + HEADER) * rest + INDEX;
-    let clusters = if effects.clusters { (40.0 + HEADER) * rest + INDEX } else { 0.0 };
-    let per_frame = cloud + energy + clusters;
-    let per_marker = if effects.markers { n * 115.0 * 0.6 * rest / 0.45 + INDEX } else { 0.0 };
-    let per_checkpoint = n * (12.0 + columns - 6.0) * 8.0 * floats + 600.0;
-    let fixed = 60_000.0 + scene.to_json().len() as f64 + n * 24.0;
+    let columns = if effects.thermal { 7.0 } else { 6.0 };
+    let row = columns * width;
+    let rest_of_row = CloudWriter::new(&effects).stride() as f64 - row;
+
+    // Typical messages of the shipped scenes: some three iterations a step, a dozen energies that are not zero.
+    let per_step = message(45.0, 25.0);
+    let clusters = if effects.clusters { message(4.0, 24.0) } else { 0.0 };
+    let per_frame = message(n * row, n * rest_of_row + 270.0) + message(100.0, 60.0) + clusters;
+    // Positions stand in the state just before, so that little of a sphere is new.
+    let per_marker = if effects.markers { message(n * 12.0, n * 100.0 + 150.0) } else { 0.0 };
+    let per_checkpoint = message(n * (columns + 3.0) * 8.0, 300.0);
+    // Layout, schemas and the index of chunks; the scene; ids, radii, masses.
+    let fixed = 26_000.0 + scene.to_json().len() as f64 + n * 24.0 * number;
 
     let frames = match (record.every_steps, record.interval) {
         (_, Some(interval)) => ((scene.duration / interval).ceil() as u64).min(steps),

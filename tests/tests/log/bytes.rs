@@ -51,7 +51,7 @@ impl Write for Flushes {
 #[test]
 fn what_has_been_flushed_can_be_read_after_a_kill() {
     // Two particles: 1000 steps are far below the size at which a chunk is closed.
-    let kind = Kind { n: 2, contact: false, ..EVERYTHING };
+    let kind = Kind { n: 2, contact: false, domain: false, ..EVERYTHING };
     let mut out = Flushes::default();
     record(&kind, &kind.story(2500), &mut out).unwrap();
     let at: Vec<u64> = out

@@ -152,7 +152,7 @@ fn a_chunk_that_claims_terabytes_gets_no_memory() {
     assert!(reader.check().unwrap().info.is_whole());
     // Opcode of a chunk, its length; start, end, then the uncompressed size.
     let chunk = (0..bytes.len() - 9)
-        .find(|&k| bytes[k] == 6 && bytes[k + 2..k + 9] == [0; 7] && bytes[k + 9..k + 25] == [0; 16])
+        .find(|&k| bytes[k] == 6 && bytes[k + 4..k + 9] == [0; 5] && bytes[k + 9..k + 25] == [0; 16])
         .expect("the first chunk, all of it at time 0");
     bytes[chunk + 25..chunk + 33].copy_from_slice(&(1_u64 << 42).to_le_bytes());
     let (_, damage) = read(&bytes).unwrap();

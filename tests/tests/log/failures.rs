@@ -27,7 +27,7 @@ impl Write for Disk {
 
 #[test]
 fn a_disk_that_fills_up_at_any_byte_is_an_error() {
-    let kind = Kind { n: 40, record: r#""compression": "none""#, ..EVERYTHING };
+    let kind = Kind { n: 100, record: r#""compression": "none""#, ..EVERYTHING };
     let story = kind.story(100);
     let size = log(&kind, 100).len();
     assert!(size > 1 << 20, "more than one chunk: {size}");

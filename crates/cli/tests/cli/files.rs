@@ -101,6 +101,28 @@ fn a_full_disk_is_said_plainly() {
 
 #[cfg(unix)]
 #[test]
+fn what_was_written_before_the_disk_was_full_is_kept() {
+    let folder = Folder::with(CLOUD);
+    folder.write("x.mcap", "a good old log");
+    let limited = |arguments: &str| {
+        let program = env!("CARGO_BIN_EXE_agglo");
+        let mut command = std::process::Command::new("sh");
+        command.arg("-c").arg(format!("ulimit -f 300; exec '{program}' run scene.json {arguments}"));
+        let ran: super::Ran = command.current_dir(folder.path(".")).output().unwrap().into();
+        ran.code(1).says(&["cannot write", "File too large", ".incomplete"])
+    };
+    limited("-o x.mcap --overwrite");
+    limited("-o y.mcap");
+    limited("-o y.mcap");
+    let files = folder.files();
+    assert_eq!(files, ["scene.json", "x.incomplete.mcap", "x.mcap", "y.incomplete-2.mcap", "y.incomplete.mcap"]);
+    assert_eq!(folder.read("x.mcap"), b"a good old log");
+    let info = folder.agglo(&["info", "y.incomplete.mcap"]).code(3);
+    assert!(info.text().contains("damaged") && info.text().contains("100 particles"), "{}", info.text());
+}
+
+#[cfg(unix)]
+#[test]
 fn devices_are_written_to_and_not_replaced() {
     let folder = Folder::with(PAIR);
     folder.agglo(&["run", "scene.json", "-o", "/dev/null"]).code(0);

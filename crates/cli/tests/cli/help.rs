@@ -54,6 +54,7 @@ fn wrong_usage_is_exit_2() {
         &["run"],
         &["run", "scene.json", "--no-log", "-o", "x.mcap"],
         &["run", "scene.json", "--threads", "0"],
+        &["run", "scene.json", "--threads", "100000"],
         &["run", "scene.json", "--max-log", "7 parsec"],
         &["check", "scene.json", "--set", "no-equals-sign"],
         &["export", "x.mcap", "--format", "csv", "--at", "-1", "-o", "-"],

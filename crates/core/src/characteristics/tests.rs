@@ -1,14 +1,14 @@
 //! Characteristics against closed forms and against the paper's numbers.
 
 use super::*;
-use crate::state::Columns;
+use crate::state::{Columns, State};
 
 /// Round-off of `pow` and of a handful of products.
 const ROUND_OFF: f64 = 1e-14;
 
 fn scene(extra: &str) -> Scene {
     let text = format!(
-        r#"{{ "duration": 5.0, {extra} "particles": {{ "list": [{{ "position": [0, 0, 0], "radius": 0.05, "mass": 1 }}] }} }}"#
+        r#"{{ "duration": 5.0, {extra} "particles": {{ "list": [{{ "position": [0, 0, 0], "radius": 0.05, "mass": 1, "charge": 1 }}] }} }}"#
     );
     Scene::parse(&text, &[]).unwrap()
 }
@@ -174,4 +174,9 @@ fn the_suggested_step_is_the_tightest_limit() {
     let falling = step(&format!(r#"{contact} "external": {{ "gravity": [0, 0, -10] }},"#), 0.0);
     close(falling.seconds, (2.0f64 * 0.005 / 10.0).sqrt(), ROUND_OFF);
     assert_eq!(falling.limit, StepLimit::Fall);
+    // From h above a floor a ball arrives at sqrt(2 g h).
+    let floor = r#""domain": { "walls": [{ "point": [0, 0, -1], "normal": [0, 0, 2] }] },"#;
+    let dropped = step(&format!(r#"{contact} {floor} "external": {{ "gravity": [0, 0, -10] }},"#), 0.0);
+    close(dropped.seconds, 0.005 / (2.0f64 * 10.0 * (1.0 - 0.05)).sqrt(), ROUND_OFF);
+    assert_eq!(dropped.limit, StepLimit::Travel);
 }

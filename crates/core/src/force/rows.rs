@@ -57,14 +57,9 @@ impl Task for ForceRows<'_> {
     fn run(self) {
         let [x, y, z] = self.force;
         let mut block = Block::default();
-        let periodic = self.field.periodic.any();
         for k in 0..x.len().min(y.len()).min(z.len()) {
             let i = self.first + k;
-            let lanes = if periodic {
-                block.row::<false, true>(self.field, self.r, i)
-            } else {
-                block.row::<false, false>(self.field, self.r, i)
-            };
+            let lanes = block.row::<false>(self.field, self.r, i);
             x[k] += sum(&lanes[0]);
             y[k] += sum(&lanes[1]);
             z[k] += sum(&lanes[2]);
@@ -86,14 +81,9 @@ impl Task for EnergyRows<'_> {
     #[inline(always)]
     fn run(self) {
         let mut block = Block::default();
-        let periodic = self.field.periodic.any();
         for (k, energy) in self.energy.iter_mut().enumerate() {
             let i = self.first + k;
-            let lanes = if periodic {
-                block.row::<true, true>(self.field, self.r, i)
-            } else {
-                block.row::<true, false>(self.field, self.r, i)
-            };
+            let lanes = block.row::<true>(self.field, self.r, i);
             *energy = (sum(&lanes[0]), sum(&lanes[1]));
         }
     }
@@ -176,12 +166,7 @@ impl Block {
     /// Sums over partners of particle i: the force components over all of them, or with `ENERGY` near-field and binding
     /// energy over those of larger number.
     #[inline(always)]
-    fn row<const ENERGY: bool, const PERIODIC: bool>(
-        &mut self,
-        field: &Field,
-        r: &Columns,
-        i: usize,
-    ) -> [[f64; LANES]; 3] {
+    fn row<const ENERGY: bool>(&mut self, field: &Field, r: &Columns, i: usize) -> [[f64; LANES]; 3] {
         let mut lanes = [[0.0; LANES]; 3];
         let listed = field.neighbors.row(i);
         let total = listed.map_or(r.len(), <[u32]>::len);
@@ -196,9 +181,9 @@ impl Block {
             let partners = listed.map_or(Partners::From(first), |list| Partners::Listed(&list[first..first + count]));
             let own = if listed.is_none() { i.wrapping_sub(first) } else { usize::MAX };
             if count == BLOCK {
-                self.pairs::<ENERGY, PERIODIC, BLOCK>(field, r, i, partners, (count, own), &mut lanes);
+                self.pairs::<ENERGY, BLOCK>(field, r, i, partners, (count, own), &mut lanes);
             } else {
-                self.pairs::<ENERGY, PERIODIC, LANES>(field, r, i, partners, (count, own), &mut lanes);
+                self.pairs::<ENERGY, LANES>(field, r, i, partners, (count, own), &mut lanes);
             }
             first += count;
         }
@@ -207,7 +192,7 @@ impl Block {
 
     /// Adds the pairs of particle i with `count` partners, at most `LEN`, to the row's lanes; lane `own` is i itself.
     #[inline(always)]
-    fn pairs<const ENERGY: bool, const PERIODIC: bool, const LEN: usize>(
+    fn pairs<const ENERGY: bool, const LEN: usize>(
         &mut self,
         field: &Field,
         r: &Columns,
@@ -216,7 +201,11 @@ impl Block {
         (count, own): (usize, usize),
         lanes: &mut [[f64; LANES]; 3],
     ) {
-        self.distances::<PERIODIC, LEN>(field, r, i, partners, count);
+        if field.periodic.any() {
+            self.distances::<true, LEN>(field, r, i, partners, count);
+        } else {
+            self.distances::<false, LEN>(field, r, i, partners, count);
+        }
         if let Some(itself) = self.square[..count].get_mut(own) {
             *itself = f64::INFINITY;
         }

@@ -12,7 +12,7 @@ use crate::state::{Columns, Particles, State};
 /// needs thousands; beyond it none is found however long one tries.
 const ATTEMPTS: u64 = 20_000;
 
-/// Draws per sphere, on average, before the cube counts as full: bounds the time at some 35 % of the volume, where the
+/// Draws per sphere, on average, before the cube counts as full: bounds the time at about a third of the volume, where the
 /// remaining spheres would take most of it.
 const MEAN_ATTEMPTS: u64 = 300;
 
@@ -88,7 +88,7 @@ fn cannot_fill(cube: &RandomCube, radius: f64, share: f64, why: &str) -> SetupEr
         100.0 * share
     );
     Problem::new("/particles/random_cube", message)
-        .hint("random placement reaches some 35 %; take fewer or smaller spheres, or a larger side, and mind the walls")
+        .hint("random placement reaches about a third; take fewer or smaller spheres, or a larger side, and mind the walls")
         .into()
 }
 

@@ -16,7 +16,25 @@ use super::words::{alternatives, first_sentence, in_unit, list, nearest, place, 
 
 /// Checks `node`, which stands at `pointer`, against `schema`, a part of the whole schema `root`.
 pub(super) fn check(node: &Node, pointer: &str, root: &Value, schema: &Value, problems: &mut Problems) {
-    Checker { root, problems }.value(node, pointer, schema, "");
+    Checker { root, problems }.value(node, Path::Start(pointer), schema, "");
+}
+
+/// A JSON pointer that is written out only where something is wrong.
+#[derive(Clone, Copy)]
+enum Path<'p> {
+    Start(&'p str),
+    Key(&'p Path<'p>, &'p str),
+    Index(&'p Path<'p>, usize),
+}
+
+impl std::fmt::Display for Path<'_> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Start(pointer) => f.write_str(pointer),
+            Self::Key(parent, key) => write!(f, "{parent}/{}", escape(key)),
+            Self::Index(parent, k) => write!(f, "{parent}/{k}"),
+        }
+    }
 }
 
 struct Checker<'a> {
@@ -26,52 +44,52 @@ struct Checker<'a> {
 
 impl<'a> Checker<'a> {
     /// `about` is the description of the nearest enclosing value that has one.
-    fn value(&mut self, node: &Node, pointer: &str, schema: &'a Value, about: &'a str) {
+    fn value(&mut self, node: &Node, path: Path<'_>, schema: &'a Value, about: &'a str) {
         let own = schema.get("description").and_then(Value::as_str);
         let schema = resolve(self.root, schema);
         let about = own.or_else(|| schema.get("description").and_then(Value::as_str)).unwrap_or(about);
         if let Some(branches) = branches(schema, "oneOf") {
             if branches.iter().all(|b| b.get("const").is_some()) {
-                return self.name(node, pointer, branches);
+                return self.name(node, path, branches);
             }
-            return self.tagged(node, pointer, branches, about);
+            return self.tagged(node, path, branches, about);
         }
         if let Some(branches) = branches(schema, "anyOf") {
             return match branches.iter().find(|b| accepts(self.root, b, &node.kind)) {
-                Some(branch) => self.value(node, pointer, branch, about),
-                None => self.wrong_type(node, pointer, schema, about),
+                Some(branch) => self.value(node, path, branch, about),
+                None => self.wrong_type(node, path, schema, about),
             };
         }
         if !accepts(self.root, schema, &node.kind) {
-            return self.wrong_type(node, pointer, schema, about);
+            return self.wrong_type(node, path, schema, about);
         }
         match &node.kind {
-            Kind::Number(number) => self.number(number, pointer, schema, about),
+            Kind::Number(number) => self.number(number, path, schema, about),
             Kind::String(text) => {
                 let least = schema.get("minLength").and_then(Value::as_u64).unwrap_or(0);
                 if (text.chars().count() as u64) < least {
-                    self.report(pointer, format!("{} must not be empty", subject(pointer)));
+                    self.report(path, format!("{} must not be empty", subject(path)));
                 }
             }
-            Kind::Array(elements) => self.array(elements, pointer, schema, about),
-            Kind::Object(members) => self.object(members, pointer, schema, about),
+            Kind::Array(elements) => self.array(elements, path, schema, about),
+            Kind::Object(members) => self.object(members, path, schema, about),
             Kind::Null | Kind::Bool(_) => {}
         }
     }
 
-    fn report(&mut self, pointer: &str, message: String) {
-        self.problems.push(Problem::new(pointer, message));
+    fn report(&mut self, path: Path<'_>, message: String) {
+        self.problems.push(Problem::new(path.to_string(), message));
     }
 
-    fn wrong_type(&mut self, node: &Node, pointer: &str, schema: &Value, about: &str) {
+    fn wrong_type(&mut self, node: &Node, path: Path<'_>, schema: &Value, about: &str) {
         let expected = expected(self.root, schema);
         let unit = unit(about);
         let in_memory = matches!((&node.kind, &node.origin), (Kind::Null, Origin::Memory));
         let mut problem = Problem::new(
-            pointer,
+            path.to_string(),
             format!(
                 "{} must be {expected}{}, not {}",
-                subject(pointer),
+                subject(path),
                 if expected.contains("number") { in_unit(unit) } else { String::new() },
                 if in_memory { "NaN or infinite".into() } else { node.kind.describe() }
             ),
@@ -92,24 +110,24 @@ impl<'a> Checker<'a> {
         self.problems.push(problem);
     }
 
-    fn number(&mut self, number: &Lexeme, pointer: &str, schema: &Value, about: &str) {
+    fn number(&mut self, number: &Lexeme, path: Path<'_>, schema: &Value, about: &str) {
         let integer = schema.get("type").is_some_and(|t| t == "integer");
-        let what = subject(pointer);
-        let shown = Kind::Number(number.clone()).describe();
+        let what = || subject(path);
+        let shown = || Kind::Number(number.clone()).describe();
         if !number.value.is_finite() {
             return self.report(
-                pointer,
-                format!("{what} must be a finite number, not {shown}; the largest is {:e}", f64::MAX),
+                path,
+                format!("{} must be a finite number, not {}; the largest is {:e}", what(), shown(), f64::MAX),
             );
         }
         if number.underflows() {
             return self.report(
-                pointer,
-                format!("{what} is {shown}, too small to tell from 0; the smallest is {:e}", f64::MIN_POSITIVE),
+                path,
+                format!("{} is {}, too small to tell from 0; the smallest is {:e}", what(), shown(), f64::MIN_POSITIVE),
             );
         }
         if integer && !number.is_integer() {
-            return self.report(pointer, format!("{what} must be an integer, not {shown}"));
+            return self.report(path, format!("{} must be an integer, not {}", what(), shown()));
         }
         let bound = |key: &str| schema.get(key).and_then(Value::as_f64);
         let value = number.value;
@@ -119,29 +137,29 @@ impl<'a> Checker<'a> {
             && bound("exclusiveMaximum").is_none_or(|max| value < max);
         if !inside {
             let (range, unit) = (range(schema), in_unit(unit(about)));
-            self.report(pointer, format!("{what} must be {range}{unit}, not {shown}"));
+            self.report(path, format!("{} must be {range}{unit}, not {}", what(), shown()));
         }
     }
 
-    fn array(&mut self, elements: &[Node], pointer: &str, schema: &'a Value, about: &'a str) {
+    fn array(&mut self, elements: &[Node], path: Path<'_>, schema: &'a Value, about: &'a str) {
         let bound = |key: &str| schema.get(key).and_then(Value::as_u64);
         let (least, most) = (bound("minItems").unwrap_or(0), bound("maxItems").unwrap_or(u64::MAX));
         let count = elements.len() as u64;
         if count < least || count > most {
             let needed = if least == most { format!("{least}") } else { format!("at least {least}") };
             let noun = if least == 1 { "element" } else { "elements" };
-            self.report(pointer, format!("{} must have {needed} {noun}, not {count}", subject(pointer)));
+            self.report(path, format!("{} must have {needed} {noun}, not {count}", subject(path)));
         }
         if let Some(items) = schema.get("items") {
             for (k, element) in elements.iter().enumerate() {
-                self.value(element, &format!("{pointer}/{k}"), items, about);
+                self.value(element, Path::Index(&path, k), items, about);
             }
         }
     }
 
-    fn object(&mut self, members: &[Member], pointer: &str, schema: &'a Value, about: &'a str) {
+    fn object(&mut self, members: &[Member], path: Path<'_>, schema: &'a Value, about: &'a str) {
         let Some(properties) = schema.get("properties").and_then(Value::as_object) else { return };
-        self.duplicates(members, pointer);
+        self.duplicates(members, path);
         let mut missing: Vec<&str> = schema
             .get("required")
             .and_then(Value::as_array)
@@ -156,10 +174,10 @@ impl<'a> Checker<'a> {
         for member in members {
             match properties.get(&member.key) {
                 Some(property) => {
-                    self.value(&member.value, &format!("{pointer}/{}", escape(&member.key)), property, about);
+                    self.value(&member.value, Path::Key(&path, &member.key), property, about);
                 }
                 None => {
-                    let meant = self.unknown_key(member, pointer, &candidates, properties.keys().map(String::as_str));
+                    let meant = self.unknown_key(member, path, &candidates, properties.keys().map(String::as_str));
                     // A misspelt key is one problem, not two.
                     missing.retain(|key| Some(*key) != meant);
                 }
@@ -167,19 +185,20 @@ impl<'a> Checker<'a> {
         }
         for key in missing {
             let about = properties.get(key).map_or("", |p| describe(self.root, p));
-            let message = format!("{} lacks the key \"{key}\"", place(pointer));
-            self.problems.push(Problem::new(pointer, message).hint(format!("\"{key}\": {}", first_sentence(about))));
+            let message = format!("{} lacks the key \"{key}\"", place(path));
+            self.problems
+                .push(Problem::new(path.to_string(), message).hint(format!("\"{key}\": {}", first_sentence(about))));
         }
     }
 
-    fn duplicates(&mut self, members: &[Member], pointer: &str) {
+    fn duplicates(&mut self, members: &[Member], path: Path<'_>) {
         // Objects of a scene are small, except broken ones: those are not compared pair by pair for ever.
         for (k, member) in members.iter().enumerate().take(1000) {
             if members[..k].iter().any(|m| m.key == member.key) {
-                let at = format!("{pointer}/{}", escape(&member.key));
+                let at = Path::Key(&path, &member.key);
                 self.problems.push(Problem {
                     span: key_span(member),
-                    ..Problem::new(at, format!("duplicate key \"{}\"", member.key)).hint("keep one of them")
+                    ..Problem::new(at.to_string(), format!("duplicate key \"{}\"", member.key)).hint("keep one of them")
                 });
             }
         }
@@ -189,13 +208,13 @@ impl<'a> Checker<'a> {
     fn unknown_key<'k>(
         &mut self,
         member: &Member,
-        pointer: &str,
+        path: Path<'_>,
         candidates: &[&'k str],
         all: impl Iterator<Item = &'k str>,
     ) -> Option<&'k str> {
-        let at = format!("{pointer}/{}", escape(&member.key));
+        let at = Path::Key(&path, &member.key);
         if self.problems.is_full() {
-            self.report(&at, String::new());
+            self.report(at, String::new());
             return None;
         }
         let meant = nearest(&member.key, candidates);
@@ -207,13 +226,13 @@ impl<'a> Checker<'a> {
         };
         self.problems.push(Problem {
             span: key_span(member),
-            ..Problem::new(at, format!("unknown key \"{}\" in {}", member.key, place(pointer))).hint(hint)
+            ..Problem::new(at.to_string(), format!("unknown key \"{}\" in {}", member.key, place(path))).hint(hint)
         });
         meant
     }
 
     /// One of several names.
-    fn name(&mut self, node: &Node, pointer: &str, branches: &[Value]) {
+    fn name(&mut self, node: &Node, path: Path<'_>, branches: &[Value]) {
         let names: Vec<&str> = branches.iter().filter_map(|b| b.get("const").and_then(Value::as_str)).collect();
         let found = match &node.kind {
             Kind::String(text) if names.contains(&text.as_str()) => return,
@@ -222,11 +241,11 @@ impl<'a> Checker<'a> {
         };
         let message = format!(
             "{} must be {}, not {}",
-            subject(pointer),
+            subject(path),
             alternatives(&names.iter().map(|n| format!("\"{n}\"")).collect::<Vec<_>>()),
             node.kind.describe()
         );
-        let problem = Problem::new(pointer, message);
+        let problem = Problem::new(path.to_string(), message);
         self.problems.push(match found {
             Some(meant) => problem.hint(format!("did you mean \"{meant}\"?")),
             None => problem,
@@ -234,7 +253,7 @@ impl<'a> Checker<'a> {
     }
 
     /// An object with exactly one of several keys.
-    fn tagged(&mut self, node: &Node, pointer: &str, branches: &'a [Value], about: &'a str) {
+    fn tagged(&mut self, node: &Node, path: Path<'_>, branches: &'a [Value], about: &'a str) {
         let alternatives: Vec<(&str, &Value, &str)> = branches
             .iter()
             .filter_map(|branch| {
@@ -245,10 +264,10 @@ impl<'a> Checker<'a> {
         let keys: Vec<&str> = alternatives.iter().map(|a| a.0).collect();
         let Kind::Object(members) = &node.kind else {
             let message =
-                format!("{} must be an object with one of the keys {}", subject(pointer), list(keys.iter().copied()));
-            return self.report(pointer, format!("{message}, not {}", node.kind.describe()));
+                format!("{} must be an object with one of the keys {}", subject(path), list(keys.iter().copied()));
+            return self.report(path, format!("{message}, not {}", node.kind.describe()));
         };
-        self.duplicates(members, pointer);
+        self.duplicates(members, path);
         let mut given = Vec::new();
         let mut misspelt = false;
         for member in members {
@@ -257,22 +276,21 @@ impl<'a> Checker<'a> {
                     if !given.contains(key) {
                         given.push(key);
                     }
-                    self.value(&member.value, &format!("{pointer}/{key}"), property, about);
+                    self.value(&member.value, Path::Key(&path, key), property, about);
                 }
-                None => misspelt |= self.unknown_key(member, pointer, &keys, keys.iter().copied()).is_some(),
+                None => misspelt |= self.unknown_key(member, path, &keys, keys.iter().copied()).is_some(),
             }
         }
         match given.len() {
             0 if !misspelt => {
-                let message = format!("{} needs one of the keys {}", place(pointer), list(keys.iter().copied()));
-                self.report(pointer, message);
+                let message = format!("{} needs one of the keys {}", place(path), list(keys.iter().copied()));
+                self.report(path, message);
             }
             0 | 1 => {}
             _ => {
                 let found = list(given.into_iter());
-                let message =
-                    format!("{} must have exactly one of the keys {}", place(pointer), list(keys.into_iter()));
-                self.report(pointer, format!("{message}, not {found} together"));
+                let message = format!("{} must have exactly one of the keys {}", place(path), list(keys.into_iter()));
+                self.report(path, format!("{message}, not {found} together"));
             }
         }
     }

@@ -53,7 +53,7 @@ pub fn json_schema() -> Value {
 pub(super) fn resolve<'a>(root: &'a Value, schema: &'a Value) -> &'a Value {
     let mut schema = schema;
     while let Some(target) = schema.get("$ref").and_then(Value::as_str) {
-        match target.strip_prefix('#').and_then(|pointer| root.pointer(pointer)) {
+        match target.strip_prefix("#/$defs/").and_then(|name| root.get("$defs")?.get(name)) {
             Some(next) => schema = next,
             None => break,
         }

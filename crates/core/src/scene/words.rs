@@ -1,5 +1,7 @@
 //! Words for messages: lists, ranges, units, subjects, and the key that was probably meant.
 
+use std::fmt::Display;
+
 use serde_json::Value;
 
 /// `"a", "b" or "c"`.
@@ -65,7 +67,8 @@ pub(super) fn in_unit(unit: Option<&str>) -> String {
 }
 
 /// The value at a pointer as the subject of a sentence: its key, with indices.
-pub(super) fn subject(pointer: &str) -> String {
+pub(super) fn subject(path: impl Display) -> String {
+    let pointer = path.to_string();
     let mut indices = String::new();
     for token in pointer.rsplit('/') {
         if token.is_empty() {
@@ -81,7 +84,8 @@ pub(super) fn subject(pointer: &str) -> String {
 }
 
 /// The object at a pointer as a place.
-pub(super) fn place(pointer: &str) -> String {
+pub(super) fn place(path: impl Display) -> String {
+    let pointer = path.to_string();
     if pointer.is_empty() { "the scene".into() } else { format!("`{pointer}`") }
 }
 
