@@ -21,8 +21,7 @@ const CHECKS: &[(&str, Check)] = &[
         "documentation",
         Check::Cargo(&["doc", "--workspace", "--no-deps", "--locked"], &[("RUSTDOCFLAGS", "-D warnings")]),
     ),
-    ("tests", Check::Cargo(&["test", "--workspace", "--all-targets", "--locked"], &[])),
-    ("documentation examples", Check::Cargo(&["test", "--workspace", "--doc", "--locked"], &[])),
+    ("tests", Check::Cargo(&["test", "--workspace", "--locked"], &[])),
 ];
 
 /// Runs all checks; stops at the first that fails unless told to keep going.

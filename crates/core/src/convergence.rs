@@ -123,8 +123,8 @@ impl Convergence {
         let mut most = 0.0;
         for i in 0..current.len() {
             let moved = (current.get(i) - previous.get(i)).norm_squared();
-            // Written so that a NaN is kept.
-            if !(moved <= most) {
+            // A NaN is kept.
+            if moved > most || moved.is_nan() {
                 most = moved;
                 self.worst = i as u32;
                 if moved.is_nan() {

@@ -119,7 +119,7 @@ impl NeighborList {
                 .sum()
         };
         // A NaN counts as moved: the build copes with it, and the step is rejected for it.
-        (0..r.len()).any(|i| !(square(i) < limit))
+        (0..r.len()).map(square).any(|moved| moved >= limit || moved.is_nan())
     }
 
     /// Builds the rows for these positions.

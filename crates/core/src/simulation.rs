@@ -87,7 +87,7 @@ impl Simulation {
     /// that cannot be filled.
     pub fn new(scene: &Scene) -> Result<Self, SetupError> {
         let (particles, state) = placement::place(scene)?;
-        let mut simulation = Self::assemble(scene, particles, state)?;
+        let mut simulation = Self::assemble(scene, particles, state);
         simulation.start();
         Ok(simulation)
     }
@@ -99,21 +99,17 @@ impl Simulation {
     pub fn resume(scene: &Scene, checkpoint: &Checkpoint) -> Result<Self, SetupError> {
         // Lists and decisions that depend on the start must see the start, not the checkpoint.
         let (particles, state) = placement::place(scene)?;
-        let mut simulation = Self::assemble(scene, particles, state)?;
+        let mut simulation = Self::assemble(scene, particles, state);
         simulation.restore(checkpoint)?;
         Ok(simulation)
     }
 
-    fn assemble(scene: &Scene, particles: Particles, state: State) -> Result<Self, SetupError> {
-        let problems = scene.validate();
-        if !problems.is_empty() {
-            return Err(SetupError { problems });
-        }
+    fn assemble(scene: &Scene, particles: Particles, state: State) -> Self {
         let n = particles.len();
         let model = Model::new(scene, &particles, &state.position);
         let control = StepControl::new(scene, model.integrator.order);
         let stagger = Stagger::new(&model, n, model.convergence(scene));
-        Ok(Self {
+        Self {
             next_dt: control.initial,
             acceleration: Columns::zeros(if model.has_forces() { n } else { 0 }),
             previous_velocity: Columns::zeros(n),
@@ -136,7 +132,7 @@ impl Simulation {
             stagger,
             particles,
             state,
-        })
+        }
     }
 
     /// Accelerations, energy and momentum at the start.

@@ -75,14 +75,7 @@ impl StepControl {
     #[must_use]
     pub fn new(scene: &Scene, order: u32) -> Self {
         let step = &scene.solver.step;
-        let (initial, max, min) = match step.fixed {
-            Some(fixed) => (fixed, fixed, 0.0),
-            None => {
-                let initial = step.initial.unwrap_or(step.max.map_or(1e-3, |max| max.min(1e-3)));
-                let max = step.max.unwrap_or(initial.max(1e-2));
-                (initial, max, step.min.unwrap_or((1e-6 * initial).min(1e-10)))
-            }
-        };
+        let (initial, max, min) = step.limits();
         Self {
             model: scene.model,
             initial,

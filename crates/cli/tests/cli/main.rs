@@ -5,12 +5,14 @@
 //! `runs`     runs and their logs: summary, streams, interruption, failure, the same bytes every time
 //! `files`    what is read and written: overwriting, folders, full disks, closed pipes
 //! `logs`     `info` and `export`, on whole and damaged logs
+//! `readme`   every command of the README
 
 #![allow(clippy::unwrap_used)] // What is unexpected fails the test.
 
 mod files;
 mod help;
 mod logs;
+mod readme;
 mod runs;
 mod scenes;
 

@@ -45,7 +45,7 @@ impl ContactLaw {
             restitution: Restitution::new(contact.restitution),
             friction: contact.friction.map(Friction::new),
             duration: contact.duration,
-            reaction: scene.thermal.as_ref().and_then(|thermal| ReactionHeat::new(thermal)),
+            reaction: scene.thermal.as_ref().and_then(ReactionHeat::new),
             rest_speed: contact.rest_speed.unwrap_or(REST_SPEED),
         })
     }

@@ -7,7 +7,7 @@
 use super::power::Power;
 use crate::domain::Periodic;
 use crate::neighbor::Neighbors;
-use crate::scene::{Cutoff, NamedCutoff, PowerTerm, Scene, Weight};
+use crate::scene::{self, Scene, Weight};
 use crate::state::{Columns, Particles};
 
 /// One power-law term of the near field.
@@ -111,7 +111,7 @@ impl Field {
         if scene.near_field.is_none() && scene.binding.is_none() {
             return None;
         }
-        let cutoff = cutoff(scene);
+        let cutoff = scene.near_field.as_ref().and_then(scene::NearField::cutoff_distance).unwrap_or(f64::MAX);
         let mut groups: Vec<Group> = Vec::new();
         if let Some(near) = &scene.near_field {
             let sign_and_terms = [(1.0, near.attraction.as_ref()), (-1.0, near.repulsion.as_ref())];
@@ -188,26 +188,4 @@ impl Field {
             list.build(at, &self.periodic);
         }
     }
-}
-
-/// Distance beyond which a scene's near field is zero [m]; `f64::MAX` without a cut-off.
-#[must_use]
-pub fn cutoff(scene: &Scene) -> f64 {
-    match scene.near_field.as_ref().map(|near| (near, near.cutoff)) {
-        Some((_, Cutoff::Distance(distance))) => distance,
-        Some((near, Cutoff::Named(NamedCutoff::Inflection))) => match (&near.attraction, &near.repulsion) {
-            (Some(attraction), Some(repulsion)) => inflection(attraction, repulsion),
-            _ => f64::MAX,
-        },
-        Some((_, Cutoff::Named(NamedCutoff::None))) | None => f64::MAX,
-    }
-}
-
-/// Distance d* of the inflection of the potential, equation (12) [m].
-#[must_use]
-pub fn inflection(attraction: &PowerTerm, repulsion: &PowerTerm) -> f64 {
-    libm::pow(
-        (repulsion.exponent * repulsion.strength) / (attraction.exponent * attraction.strength),
-        1.0 / (repulsion.exponent - attraction.exponent),
-    )
 }

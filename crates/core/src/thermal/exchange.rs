@@ -161,7 +161,7 @@ impl Particle {
         for _ in 0..100 {
             let cube = quartic * x * x * x;
             let next = x - (x * (linear + cube) - right) / (linear + 4.0 * cube);
-            if !(next < x) {
+            if next >= x || next.is_nan() {
                 break;
             }
             x = next;
