@@ -38,8 +38,12 @@ pub struct Run {
     pub hottest: f64,
     /// Clusters at the end, where they are counted.
     pub clusters: Option<Clusters>,
+    /// Energy lost in impacts, friction included, over total mass, at the end [J/kg].
+    pub lost: f64,
     /// Numerical error of the energy over total mass, at the end [J/kg].
     pub residual: f64,
+    /// Kinetic energy of the cloud's mean motion over total mass, at the end [J/kg].
+    pub drift: f64,
 }
 
 impl Run {
@@ -75,7 +79,10 @@ impl Observer for Run {
                 self.temperature.push(theta.iter().sum::<f64>() / theta.len() as f64);
                 self.hottest = theta.iter().copied().fold(self.hottest, f64::max);
             }
+            let totals = &sample.ledger.totals;
+            self.lost = (totals.impact_loss + totals.friction_loss + totals.resting_loss) / mass;
             self.residual = sample.ledger.residual / mass;
+            self.drift = 0.5 * sample.momentum.linear.iter().map(|p| (p / mass).powi(2)).sum::<f64>();
         }
         Ok(Flow::Continue)
     }

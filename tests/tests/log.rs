@@ -1,6 +1,6 @@
 //! The log: what is recorded comes back, the same run gives the same bytes, and no failure looks like success.
 
-#![allow(missing_docs)]
+#![allow(missing_docs, clippy::unwrap_used)]
 
 #[path = "log/bytes.rs"]
 mod bytes;

@@ -121,7 +121,13 @@ pub const CHANNELS: [Channel; 9] = [
     channel!(Energy, "/energy", "agglo.v1.EnergyLedger", "every recorded step", |_| true),
     channel!(Clusters, "/clusters", "agglo.v1.Clusters", "every recorded step", |e| e.clusters),
     channel!(Scene, "/scene", "foxglove.SceneUpdate", "recorded steps, at most at record.markers Hz", |e| e.markers),
-    channel!(Checkpoint, "/checkpoint", "agglo.v1.Checkpoint", "start, every so many steps, end", |_| true),
+    channel!(
+        Checkpoint,
+        "/checkpoint",
+        "agglo.v1.Checkpoint",
+        "start, before the clipped last step, every so many steps",
+        |_| true
+    ),
     channel!(Log, "/log", "foxglove.Log", "warnings and notable events", |_| true),
 ];
 

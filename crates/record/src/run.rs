@@ -30,6 +30,25 @@ pub struct BuildInfo {
     pub commit: String,
 }
 
+/// A metadata record `run` that cannot be used.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Unreadable {
+    /// It is of a format that this version does not read; what reads it, as a sentence.
+    Version(String),
+    /// It is not one that agglo writes; what is wrong, as a sentence.
+    Foreign(String),
+}
+
+impl std::fmt::Display for Unreadable {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Version(why) | Self::Foreign(why) => f.write_str(why),
+        }
+    }
+}
+
+impl std::error::Error for Unreadable {}
+
 /// The metadata record `run`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct RunInfo {
@@ -95,7 +114,7 @@ impl RunInfo {
             ("scene_hash", format!("sha256:{scene_hash}")),
             ("seed", seed.to_string()),
             ("model", model.clone()),
-            ("particles", particles.to_string()),
+            ("n", particles.to_string()),
             ("units", "SI".to_owned()),
             // The shortest text that reads back to the same number.
             ("time_scale", format!("{time_scale:?}")),
@@ -109,22 +128,23 @@ impl RunInfo {
     /// Reads the record back. Keys that this version does not know are passed over.
     ///
     /// # Errors
-    /// A sentence about what is missing or unreadable, or about the version that is needed.
-    pub fn from_map(map: &BTreeMap<String, String>) -> Result<Self, String> {
-        let text = |key: &str| map.get(key).map(String::as_str).ok_or_else(|| format!("the record has no {key}"));
-        fn number<T: std::str::FromStr>(key: &str, text: &str) -> Result<T, String> {
-            text.parse().map_err(|_| format!("its {key} is {text:?}, not a number"))
-        }
+    /// A format of another major version, a key that is missing or unreadable.
+    pub fn from_map(map: &BTreeMap<String, String>) -> Result<Self, Unreadable> {
+        let text = |key: &str| {
+            let missing = || Unreadable::Foreign(format!("its metadata record `{RECORD}` has no {key}"));
+            map.get(key).map(String::as_str).ok_or_else(missing)
+        };
         let format = text("log_format")?;
-        let (major, minor) = format.split_once('.').ok_or_else(|| format!("its log_format is {format:?}"))?;
+        let (major, minor) = format.split_once('.').unwrap_or((format, "0"));
         let log_format: (u32, u32) = (number("log_format", major)?, number("log_format", minor)?);
         if log_format.0 != LOG_FORMAT.0 {
-            return Err(format!(
-                "the log has format {format}; this version reads {}.x. Read it with agglo {} or one that knows {}.x",
+            return Err(Unreadable::Version(format!(
+                "the log has format {format}, and this version reads {}.x; read it with agglo {} or another version \
+                 that reads {}.x",
                 LOG_FORMAT.0,
-                text("agglo_version").unwrap_or("of that time"),
+                text("agglo_version").unwrap_or("of its time"),
                 log_format.0
-            ));
+            )));
         }
         let hash = text("scene_hash")?;
         Ok(Self {
@@ -134,11 +154,15 @@ impl RunInfo {
             scene_hash: hash.strip_prefix("sha256:").unwrap_or(hash).to_owned(),
             seed: number("seed", text("seed")?)?,
             model: text("model")?.to_owned(),
-            particles: number("particles", text("particles")?)?,
+            particles: number("n", text("n")?)?,
             time_scale: number("time_scale", text("time_scale")?)?,
             terms: text("terms")?.split_whitespace().map(str::to_owned).collect(),
         })
     }
+}
+
+fn number<T: std::str::FromStr>(key: &str, text: &str) -> Result<T, Unreadable> {
+    text.parse().map_err(|_| Unreadable::Foreign(format!("its {key} is {text:?}, not a number")))
 }
 
 /// SHA-256 in hexadecimal digits.

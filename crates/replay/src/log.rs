@@ -8,7 +8,7 @@ use agglo_core::scene::Scene;
 use agglo_core::state::Particles;
 use agglo_record::channels::Topic;
 use agglo_record::cloud::Frame;
-use agglo_record::run::{self, RunInfo, log_time};
+use agglo_record::run::{self, RunInfo, Unreadable, log_time};
 use mcap::records::{Record, op};
 
 use crate::container::Container;
@@ -50,8 +50,9 @@ impl<R: Read + Seek> Log<R> {
     pub fn new(reader: R) -> Result<Self, LogError> {
         let container = Container::open(reader)?;
         let run = match container.metadata.get(run::RECORD) {
-            Some(map) => RunInfo::from_map(map).map_err(|why| {
-                if map.contains_key("log_format") { LogError::Version(why) } else { LogError::Foreign(why) }
+            Some(map) => RunInfo::from_map(map).map_err(|unreadable| match unreadable {
+                Unreadable::Version(why) => LogError::Version(why),
+                Unreadable::Foreign(why) => LogError::Foreign(why),
             })?,
             // What should have told whose log this is may itself be lost.
             None => {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::claims::{SEEN, START, gamma_effect, spread};
+use super::claims::{SEEN, START, fits_scale, gamma_effect, spread};
 use super::plan::{Binding, FIRST_STEP, FIXED_STEPS, GAMMA, GAMMAS, KAPPAS, PAPER_STEPS, Results, Setup, TYPICAL};
 use super::tables::{estimate, printed, seconds, show};
 use super::template::table;
@@ -53,19 +53,32 @@ fn counts(results: &Results) -> BTreeMap<&'static str, String> {
 }
 
 fn dynamics(results: &Results) -> BTreeMap<&'static str, String> {
-    let (free, bound) = (spread(results, Binding::Free), spread(results, Binding::Bound));
-    let level = |binding| {
-        let levels =
-            KAPPAS.iter().flat_map(|&kappa| results.table(binding, kappa)).map(|run| root_mean_square(&run.kinetic));
-        Estimate::of(&levels.collect::<Vec<_>>()).mean
+    let runs = |binding| KAPPAS.iter().flat_map(move |&kappa| results.table(binding, kappa));
+    let mean = |binding, quantity: fn(&Run) -> f64| Estimate::of(&runs(binding).map(quantity).collect::<Vec<_>>()).mean;
+    let percent = |binding| {
+        let level = mean(binding, |run| root_mean_square(&run.kinetic));
+        format!("{:.1} %", 100.0 * spread(results, binding).mean / level)
     };
-    let percent = |spread: &Estimate, binding| format!("{:.1} %", 100.0 * spread.mean / level(binding));
+    let relative = |binding| format!("{:.3}", mean(binding, |run| run.final_kinetic() - run.drift));
+    // What left the motion is the sum of both; the residual is negative where the scheme damps.
+    let damped = |binding| {
+        let (lost, damped) = (mean(binding, |run| run.lost), -mean(binding, |run| run.residual));
+        format!("{:.0} %", 100.0 * damped / (lost + damped))
+    };
+    let scale = |binding| if fits_scale(results, binding) { "fit the paper's colour scale" } else { "do not fit it" };
     let gamma_tenth = results.compared(&Setup::table(Binding::Bound, TYPICAL).with_gamma(GAMMAS[0]));
     BTreeMap::from([
-        ("spread_free", show(&free, 4)),
-        ("spread_bound", show(&bound, 4)),
-        ("spread_free_percent", percent(&free, Binding::Free)),
-        ("spread_bound_percent", percent(&bound, Binding::Bound)),
+        ("spread_free", show(&spread(results, Binding::Free), 4)),
+        ("spread_bound", show(&spread(results, Binding::Bound), 4)),
+        ("spread_free_percent", percent(Binding::Free)),
+        ("spread_bound_percent", percent(Binding::Bound)),
+        ("drift", format!("{:.3}", mean(Binding::Bound, |run| run.drift))),
+        ("relative_free", relative(Binding::Free)),
+        ("relative_bound", relative(Binding::Bound)),
+        ("damped_free", damped(Binding::Free)),
+        ("damped_bound", damped(Binding::Bound)),
+        ("scale_free", scale(Binding::Free).to_owned()),
+        ("scale_bound", scale(Binding::Bound).to_owned()),
         ("tenth_mean", show(&estimate(gamma_tenth, Run::final_temperature), 0)),
         ("tenth_hottest", show(&estimate(gamma_tenth, |run| run.hottest), 0)),
     ])
@@ -73,18 +86,17 @@ fn dynamics(results: &Results) -> BTreeMap<&'static str, String> {
 
 fn heat(results: &Results) -> BTreeMap<&'static str, String> {
     let rise = |setup: &Setup| estimate(results.compared(setup), |run| run.final_temperature() - START).mean;
-    let at = |step| rise(&Setup::at_step(Binding::Bound, step));
-    let (first, last) = (at(PAPER_STEPS[0]), at(PAPER_STEPS[PAPER_STEPS.len() - 1]));
     let typical = Setup::table(Binding::Bound, TYPICAL);
+    let by_step = rise(&Setup::at_step(Binding::Bound, PAPER_STEPS[PAPER_STEPS.len() - 1])) / rise(&typical);
     let by_gamma = rise(&typical.with_gamma(GAMMAS[GAMMAS.len() - 1])) / rise(&typical.with_gamma(GAMMA));
-    let growth = last / first;
     let free = gamma_effect(results, Binding::Free, Run::final_temperature);
     let motion = gamma_effect(results, Binding::Bound, Run::final_kinetic);
-    let seen =
-        |effect: &Estimate| if effect.mean.abs() > SEEN * effect.error { "changes" } else { "does not visibly change" };
+    let seen = |effect: &Estimate| {
+        if effect.mean.abs() > SEEN * effect.error { "changes visibly" } else { "does not change visibly" }
+    };
     BTreeMap::from([
-        ("heat_by_step", format!("{growth:.0}")),
-        ("heat_verdict", if growth > 2.0 { "has no limit" } else { "depends little on the step" }.to_owned()),
+        ("heat_by_step", format!("{by_step:.0}")),
+        ("heat_verdict", if by_step > 2.0 { "has no limit" } else { "depends little on the step" }.to_owned()),
         ("heat_by_gamma", format!("{by_gamma:.1}")),
         (
             "gamma_verdict",
@@ -98,7 +110,7 @@ fn heat(results: &Results) -> BTreeMap<&'static str, String> {
 /// Over seeds, the mean over kappa of a quantity at one step less the same at the finest step.
 fn paired(results: &Results, step: f64, quantity: fn(&Run) -> f64) -> Estimate {
     let finest = FIXED_STEPS[FIXED_STEPS.len() - 1];
-    let differences = (0..results.seeds().steps as usize).map(|seed| {
+    let differences = (0..results.seeds().tables as usize).map(|seed| {
         let of = |step| -> Vec<f64> {
             KAPPAS.iter().filter_map(|&k| results.of(&Setup::consistent(k, step)).get(seed)).map(quantity).collect()
         };

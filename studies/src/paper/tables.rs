@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::plan::{Binding, FIRST_STEP, FIXED_STEPS, GAMMAS, KAPPAS, LIMIT_STEP, PAPER_STEPS, Results, Setup, TYPICAL};
+use super::plan::{Binding, FIRST_STEP, FIXED_STEPS, GAMMAS, KAPPAS, PAPER_STEPS, Results, Setup, TYPICAL};
 use super::template::table;
 use crate::run::Run;
 use crate::statistics::{Estimate, median, range};
@@ -107,6 +107,7 @@ fn ends(results: &Results) -> String {
                 show(&estimate(runs, |run| run.hottest), 0),
                 show(&estimate(runs, |run| f64::from(run.clusters.as_ref().map_or(0, |clusters| clusters.count))), 1),
                 show(&estimate(runs, |run| f64::from(run.clusters.as_ref().map_or(0, |clusters| clusters.largest))), 1),
+                show(&estimate(runs, |run| run.lost), 3),
                 show(&estimate(runs, |run| run.residual), 3),
             ]);
         }
@@ -119,37 +120,33 @@ fn ends(results: &Results) -> String {
         "hottest particle at any time [K]",
         "clusters",
         "largest cluster",
+        "lost in impacts / mass [J/kg]",
         "energy residual / mass [J/kg]",
     ];
     table(&head, &rows)
 }
 
 /// Setups of the reaction heat's dependence on step and impact duration.
-pub fn heat_setups() -> Vec<(String, Setup)> {
+fn heat_setups() -> Vec<Setup> {
     let mut setups = Vec::new();
     for binding in [Binding::Free, Binding::Bound] {
-        for gamma in GAMMAS {
-            // Without binding the step stays at its first value, whatever its bound.
-            let step = if binding == Binding::Free { FIRST_STEP } else { LIMIT_STEP };
-            setups.push((seconds(step), Setup::table(binding, TYPICAL).with_gamma(gamma)));
+        if binding == Binding::Bound {
+            setups.extend(GAMMAS.map(|gamma| Setup::table(binding, TYPICAL).with_gamma(gamma)));
         }
+        setups.extend(GAMMAS.map(|gamma| Setup::at_step(binding, FIRST_STEP).with_gamma(gamma)));
+        setups.push(Setup::at_step(binding, PAPER_STEPS[PAPER_STEPS.len() - 1]));
     }
-    for gamma in GAMMAS {
-        setups.push((seconds(FIRST_STEP), Setup::at_step(Binding::Bound, FIRST_STEP).with_gamma(gamma)));
-    }
-    let finest = PAPER_STEPS[PAPER_STEPS.len() - 1];
-    setups.push((seconds(finest), Setup::at_step(Binding::Bound, finest)));
     setups
 }
 
 fn heat(results: &Results) -> String {
     let rows: Vec<Vec<String>> = heat_setups()
         .into_iter()
-        .map(|(step, setup)| {
+        .map(|setup| {
             let runs = results.compared(&setup);
             vec![
                 if setup.binding == Binding::Bound { "with" } else { "without" }.to_owned(),
-                step,
+                seconds(setup.steps.1),
                 setup.gamma.to_string(),
                 show(&estimate(runs, Run::final_temperature), 0),
                 show(&estimate(runs, Run::final_kinetic), 3),

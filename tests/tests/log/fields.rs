@@ -172,6 +172,6 @@ fn a_log_of_another_major_format_names_the_version_that_reads_it() {
     map.insert("a key of a later minor version".to_owned(), "is passed over".to_owned());
     assert!(run::RunInfo::from_map(&map).is_ok());
     map.insert("log_format".to_owned(), "2.0".to_owned());
-    let refused = run::RunInfo::from_map(&map).unwrap_err();
+    let run::Unreadable::Version(refused) = run::RunInfo::from_map(&map).unwrap_err() else { panic!("refused") };
     assert!(refused.contains("format 2.0") && refused.contains("0.1.0"), "{refused}");
 }

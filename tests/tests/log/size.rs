@@ -26,7 +26,9 @@ fn per_particle_step(kind: &Kind, steps: u64) -> f64 {
     let mut recorder = Recorder::create(std::io::sink(), &kind.scene(), &build(), Options::default()).unwrap();
     for mut told in kind.story(steps) {
         told.checkpoint = told.checkpoint.filter(|_| told.step % 1000 == 0);
-        told.diagnostics.as_mut().map(|diagnostics| diagnostics.rejected.clear());
+        if let Some(diagnostics) = &mut told.diagnostics {
+            diagnostics.rejected.clear();
+        }
         told.notices.clear();
         recorder.step(&told.report(&particles)).unwrap();
     }

@@ -163,7 +163,7 @@ impl Kind {
             singletons: self.n as u32 % 2,
             mean_size: 2.0,
         });
-        let single = step % 3 == 0;
+        let single = step.is_multiple_of(3);
         let diagnostics = StepDiagnostics {
             dt: 1e-3,
             position_errors: if single { vec![1e-7] } else { vec![1e-3, 1e-5, numbers.next().abs() * 1e-7] },
@@ -171,7 +171,7 @@ impl Kind {
             violation: numbers.next().abs(),
             scaling: 1.25,
             contraction: if single { f64::NAN } else { 1e-2 },
-            local_error: (step % 2 == 0).then_some(1e-9),
+            local_error: step.is_multiple_of(2).then_some(1e-9),
             rejected: if step % 4 == 2 { self.rejected() } else { Vec::new() },
             contacts: step % 7,
             resting: step % 2,
@@ -180,7 +180,7 @@ impl Kind {
             pairs_evaluated: 4950 * (step + 1),
         };
         let impacts = if self.contact && step % 2 == 1 { self.impacts(time, numbers) } else { Vec::new() };
-        let due = step == 0 || step % 4 == 0;
+        let due = step.is_multiple_of(4);
         let checkpoint = due.then(|| Checkpoint {
             time,
             step,
@@ -203,8 +203,11 @@ impl Kind {
             notices_given: 1 << 63,
         });
         let level = [Level::Info, Level::Warning, Level::Error][step as usize % 3];
-        let notices =
-            if step % 5 == 0 { vec![Notice { level, message: format!("step {step}: µ, θ") }] } else { Vec::new() };
+        let notices = if step.is_multiple_of(5) {
+            vec![Notice { level, message: format!("step {step}: µ, θ") }]
+        } else {
+            Vec::new()
+        };
         Told {
             time,
             step,

@@ -45,18 +45,64 @@ fn a_step_below_the_minimum_says_when_how_small_and_who() {
 
 #[test]
 fn rejections_are_bounded_and_told() {
-    // One iteration is never enough for a tolerance of 1e-300, and no step is too small: sixty attempts end it.
-    let solver = json!({ "step": { "initial": 1e-3, "min": 1e-300 }, "tolerance": { "position": 1e-200 }, "max_iterations": 2 });
+    // With one iteration Phi says nothing, so every rejection takes a tenth off the step. The first iteration moves the
+    // falling pair by dt^3 times its jerk, 1e-11 m and more even after sixty rejections: never 1e-18 of anything.
+    let solver = json!({
+        "step": { "initial": 0.1, "max": 0.1, "min": 1e-100 }, "tolerance": { "position": 1e-18 }, "max_iterations": 1
+    });
     for model in ["paper", "consistent"] {
-        let error = try_run(&scene(&collapse(model, solver.clone())), |_| {}).expect_err(model);
-        match error {
-            RunError::TooManyRejections { attempts, cause, time, .. } => {
-                assert_eq!((cause, time), (RejectionCause::NotConverged, 0.0), "{model}");
-                assert!((2..=100).contains(&attempts), "{model}: {attempts}");
+        let changes = [
+            ("/solver/integrator", json!("backward-euler")),
+            ("/particles/list/0/velocity", json!([1.0, 0.0, 0.0])),
+        ];
+        let error = try_run(&scene(&with(&collapse(model, solver.clone()), &changes)), |_| {}).expect_err(model);
+        let RunError::TooManyRejections { attempts, cause, time, dt, ref particles, .. } = error else {
+            panic!("{model}: {error:?}")
+        };
+        assert_eq!((cause, time), (RejectionCause::NotConverged, 0.0), "{model}");
+        assert!((2..=100).contains(&attempts) && dt > 1e-5, "{model}: {attempts}, {dt}");
+        assert!(particles.contains(&0), "{model}: {particles:?}");
+        let text = error.to_string();
+        assert!(text.contains(&attempts.to_string()) && text.contains("did not converge"), "{text}");
+    }
+}
+
+/// A fall into a singularity cannot be completed. Whatever the minimum step, it must not end as a success with an
+/// energy from nowhere: either an error, or what is left unexplained stays small.
+#[test]
+fn a_collapse_never_passes_as_a_result() {
+    for model in ["paper", "consistent"] {
+        for step in [json!({}), json!({ "min": 1e-14 }), json!({ "min": 1e-100 })] {
+            let value = collapse(model, json!({ "step": step }));
+            let mut watch = Until { left: 1_000_000, last: -1.0 };
+            match agglo_tests::start(&scene(&value)).run(&mut watch) {
+                Err(error) => assert!(error.to_string().contains("particle"), "{model}, {step}: {error}"),
+                Ok(outcome) => {
+                    assert_eq!(outcome.ending, agglo_core::Ending::Finished, "{model}, {step}: stuck at {} s", outcome.time);
+                    let ledger = outcome.sample.ledger;
+                    // Falling from 0.8 m gains at most the well's energy at contact, 1/(2 * 0.1^2) = 50 J.
+                    assert!(ledger.residual.abs() <= 50.0, "{model}, {step}: finished with {ledger:?}");
+                }
             }
-            RunError::StepTooSmall { cause, .. } => assert_eq!(cause, RejectionCause::NotConverged, "{model}"),
-            other => panic!("{model}: {other}"),
         }
+    }
+}
+
+/// Stops a run that stands still or takes too many steps, so that the test ends.
+struct Until {
+    left: u64,
+    last: f64,
+}
+
+impl agglo_core::Observer for Until {
+    fn step(
+        &mut self,
+        report: &agglo_core::StepReport<'_>,
+    ) -> Result<agglo_core::Flow, agglo_core::observer::ObserverError> {
+        self.left -= 1;
+        let moves = report.time > self.last;
+        self.last = report.time;
+        Ok(if moves && self.left > 0 { agglo_core::Flow::Continue } else { agglo_core::Flow::Stop })
     }
 }
 

@@ -121,14 +121,17 @@ fn particles_out_of_each_others_reach_do_not_notice() {
 
 #[test]
 fn radii_and_masses_may_differ_by_many_decades() {
-    let list = [particle(0.0, 0.0, 1.0, 1e6), particle(1.1, -0.5, 1e-6, 1e-15), particle(-2.0, 0.3, 0.1, 1.0)];
+    let list = [particle(0.0, 0.0, 1.0, 1e6), particle(1.1, -0.5, 1e-4, 1e-12), particle(-2.0, 0.3, 0.1, 1.0)];
     let value = with(
         &everything(&list),
-        &[("/near_field", json!({
-            "attraction": { "strength": 1e-3, "exponent": 1.0, "weight": "none" },
-            "repulsion": { "strength": 1e-4, "exponent": 2.0 }, "weight": "mass-product", "cutoff": 1.5
-        }))],
+        &[
+            ("/near_field", json!({
+                "attraction": { "strength": 1e-5, "exponent": 1.0 }, "repulsion": { "strength": 1e-6, "exponent": 2.0 },
+                "weight": "mass-product", "cutoff": 1.5
+            })),
+            ("/binding/strength", json!(1e-6)),
+            ("/duration", json!(0.05)),
+        ],
     );
-    let value = with(&value, &[("/near_field/attraction/weight", json!("mass-product")), ("/duration", json!(0.05))]);
     survives("a grain, a pebble and a boulder", &value);
 }

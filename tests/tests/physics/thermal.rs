@@ -70,8 +70,9 @@ fn consistent_cooling_is_exact_for_any_step() {
         for dt in [0.01, 0.5, 8.0] {
             let value = with(&spheres("consistent", thermal.clone()), &[("/solver/step/fixed", json!(dt))]);
             let theta = temperatures(&scene(&value));
-            // Closed forms are good to round-off, at most 800 times; where both act, substeps are held to 1e-10 each.
-            let allowed = if name == "both" { 1e-8 } else { 1e-12 };
+            // Closed forms are good to round-off, at most 800 times; where both act, substeps are held to 1e-10 each, and
+            // 8 s take some hundreds of them, or one or more per step.
+            let allowed = if name == "both" { 1e-7 } else { 1e-12 };
             for (theta, truth) in theta.iter().zip(truth) {
                 assert!((theta / truth - 1.0).abs() <= allowed, "{name}, dt {dt}: {theta} K, not {truth} K");
             }
@@ -129,13 +130,13 @@ fn what_the_books_say_of_convection_and_radiation_adds_up() {
     }
 }
 
-/// A sphere of a micrometre loses the heat of 3000 K within microseconds: a step of 10 ms must not overshoot.
+/// A sphere of a micrometre at 3000 K cools at 2300/s at first: a step of 10 ms must not overshoot.
 #[test]
 fn a_tiny_hot_sphere_cools_monotonically_and_stays_above_zero() {
     for model in ["paper", "consistent"] {
         for (convection, surroundings) in [(0.0, 300.0), (0.0, 0.0), (2000.0, 300.0), (2000.0, 0.0)] {
             let value = json!({
-                "model": model, "duration": 1.0,
+                "model": model, "duration": 5.0,
                 "particles": { "list": [
                     { "position": [0.0, 0.0, 0.0], "radius": 1e-6, "density": 2000.0, "temperature": 3000.0 }
                 ] },
@@ -151,12 +152,12 @@ fn a_tiny_hot_sphere_cools_monotonically_and_stays_above_zero() {
                 assert!(theta > 0.0 && theta <= last, "{model} {convection} {surroundings}: {last} K then {theta} K");
                 last = theta;
             });
-            // 1 s is some thousand time constants: where there is one, the equilibrium is reached; cooling into a void
-            // goes like t^(-1/3), from (3 sigma a t/(m C))^(-1/3).
+            // 5 s are 46 time constants at 300 K, 1/(4 sigma a theta_s^3) = 0.11 s: the equilibrium is reached; cooling into
+            // a void goes like t^(-1/3), from (3 sigma a t)^(-1/3).
             if convection == 0.0 {
                 let a = 3.0 / (1e-6 * 2000.0 * 1000.0);
                 let sigma = if model == "paper" { STEFAN_BOLTZMANN_PAPER } else { STEFAN_BOLTZMANN };
-                let expected = if surroundings > 0.0 { surroundings } else { (3.0 * sigma * a).powf(-1.0 / 3.0) };
+                let expected = if surroundings > 0.0 { surroundings } else { (3.0 * sigma * a * 5.0).powf(-1.0 / 3.0) };
                 // `paper` takes steps of 10 ms of order one; from the void's law that is percents.
                 let allowed = if surroundings > 0.0 { 1e-9 } else if model == "paper" { 0.05 } else { 1e-6 };
                 assert!((last / expected - 1.0).abs() <= allowed, "{model} {surroundings}: {last} K, not {expected} K");
