@@ -37,7 +37,7 @@ pub fn ln(x: f64) -> f64 {
         2.0 / 5.0,
         2.0 / 3.0,
     ];
-    let r = horner(&SERIES, z);
+    let r = polynomial(&SERIES, z);
     let r = r * z;
     let half_square = 0.5 * f * f;
     k * LN2_HIGH - ((half_square - (s * (half_square + r) + k * LN2_LOW)) - f)
@@ -64,18 +64,22 @@ pub fn exp(x: f64) -> f64 {
         }
         series
     };
-    let sum = horner(&SERIES, r);
+    let sum = polynomial(&SERIES, r);
     f64::from_bits(sum.to_bits().wrapping_add(shifted.to_bits() << 52))
 }
 
-/// A polynomial, highest coefficient first.
+/// A polynomial, highest coefficient first, as two in x^2 (even and odd powers) that can be evaluated side by side.
 #[inline(always)]
-fn horner<const N: usize>(coefficients: &[f64; N], x: f64) -> f64 {
-    let mut sum = coefficients[0];
-    for &coefficient in &coefficients[1..] {
-        sum = sum * x + coefficient;
+fn polynomial<const N: usize>(coefficients: &[f64; N], x: f64) -> f64 {
+    let square = x * x;
+    // sums[p] holds the powers of the parity of N - 1 - p.
+    let mut sums = [coefficients[0], coefficients[1]];
+    for (k, &coefficient) in coefficients.iter().enumerate().skip(2) {
+        sums[k % 2] = sums[k % 2] * square + coefficient;
     }
-    sum
+    // The last coefficient, of x^0, went to parity (N - 1) % 2.
+    let (even, odd) = (sums[(N - 1) % 2], sums[N % 2]);
+    even + x * odd
 }
 
 /// Rounds to the nearest integer, ties to even, for |x| < 2^51.

@@ -8,7 +8,7 @@ use agglo_studies::paper::{self, File};
 
 const USAGE: &str = "usage: cargo run --release -p agglo-studies --bin paper -- [--seeds N] [--check]
 
-  --seeds N  runs seeds 1 to N of every case, at least 2; default 8, which docs/paper.md is made with
+  --seeds N  runs seeds 1 to N of every case, at least 3; default 8, which docs/paper.md is made with
   --check    compares with the files that are there, and writes nothing";
 
 const DEFAULT_SEEDS: u64 = 8;
@@ -36,7 +36,7 @@ fn parse(arguments: &[String]) -> Option<(u64, bool)> {
     let mut rest = arguments.iter();
     while let Some(argument) = rest.next() {
         match argument.as_str() {
-            "--seeds" => seeds = rest.next()?.parse().ok().filter(|&seeds| (2..=1000).contains(&seeds))?,
+            "--seeds" => seeds = rest.next()?.parse().ok().filter(|&seeds| (3..=1000).contains(&seeds))?,
             "--check" => check = true,
             _ => return None,
         }
@@ -69,4 +69,19 @@ fn compare(root: &Path, files: &[File]) -> Result<(), Failure> {
         .map(|file| file.path.as_str())
         .collect();
     if stale.is_empty() { Ok(()) } else { Err(format!("out of date: {}", stale.join(", ")).into()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arguments_that_make_no_sense_are_refused() {
+        let parse = |text: &str| parse(&text.split_whitespace().map(str::to_owned).collect::<Vec<_>>());
+        assert_eq!(parse(""), Some((DEFAULT_SEEDS, false)));
+        assert_eq!(parse("--check --seeds 5"), Some((5, true)));
+        for wrong in ["--seeds", "--seeds 2", "--seeds many", "--seeds 1001", "5", "--chekc"] {
+            assert_eq!(parse(wrong), None, "{wrong}");
+        }
+    }
 }

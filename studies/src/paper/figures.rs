@@ -64,7 +64,8 @@ fn kinetic(binding: Binding, results: &Results) -> [Panel; 2] {
     let curves = Curves::new(Quantity::Kinetic, binding, results);
     let deviations = curves.deviations();
     let both = [Binding::Free, Binding::Bound].map(|binding| Curves::new(Quantity::Kinetic, binding, results));
-    let (mut low, mut high, mut widest) = (f64::INFINITY, 0.0_f64, 0.0_f64);
+    // An axis must have some length, even where the curves do not differ.
+    let (mut low, mut high, mut widest) = (f64::INFINITY, 0.0_f64, 1e-3_f64);
     for curves in &both {
         let (lowest, highest) = curves.range();
         let (below, above) = curves.deviations().range();
@@ -99,7 +100,7 @@ fn temperature(binding: Binding, results: &Results) -> [Panel; 2] {
         caption: "seed 1".to_owned(),
         axis: "mean temperature [K]",
         decimals: 0,
-        range: (low, low + 1.05 * (high - low)),
+        range: (low, low + 1.05 * (high - low).max(1.0)),
         bands: Vec::new(),
         lines: curves.first().into_iter().map(|line| vec![line]).collect(),
         width: THICK,

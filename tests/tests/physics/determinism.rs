@@ -52,7 +52,10 @@ fn any_number_of_threads_gives_the_same_bits() {
         // 600 * 599 ordered pairs: beyond the 100 000 from which rows are shared out.
         ("all pairs", with(&cloud(600, 1.0, json!("none")), &[("/duration", json!(0.01))])),
         ("lists", cloud(3000, 2.0, json!(0.18))),
-        ("lists, periodic", with(&cloud(3000, 2.0, json!(0.18)), &[("/domain", json!({ "periodic": [2.1, null, 2.1] }))])),
+        (
+            "lists, periodic",
+            with(&cloud(3000, 2.0, json!(0.18)), &[("/domain", json!({ "periodic": [2.1, null, 2.1] }))]),
+        ),
         ("hard spheres", with(&shipped("free-cooling-gas"), &[("/duration", json!(1.0))])),
     ] {
         let one = threads(1, || trace(&value));
@@ -125,7 +128,10 @@ fn a_run_in_two_halves_is_the_same_run() {
             let value = with(&cloud(1500, 1.6, json!(0.18)), &[("/domain", json!({ "periodic": [1.7, 1.7, 1.7] }))]);
             interval(value, 0.0031)
         }),
-        ("trapezoidal", every(&with(&cloud(150, 0.7, json!("none")), &[("/solver/integrator", json!("trapezoidal"))]), 10)),
+        (
+            "trapezoidal",
+            every(&with(&cloud(150, 0.7, json!("none")), &[("/solver/integrator", json!("trapezoidal"))]), 10),
+        ),
         ("ball", every(&shipped("bouncing-ball"), 100)),
         ("hard spheres", every(&with(&shipped("free-cooling-gas"), &[("/duration", json!(2.0))]), 33)),
     ] {
@@ -151,7 +157,10 @@ fn a_run_in_two_halves_is_the_same_run() {
 #[test]
 fn a_longer_run_of_the_same_scene_goes_on_from_a_shorter_ones_end() {
     // The step that the end of the shorter run clipped must not show in the longer one: the checkpoint before it does.
-    let short = with(&cloud(100, 0.7, json!("none")), &[("/duration", json!(0.0207)), ("/record/checkpoint_every", json!(1_000_000))]);
+    let short = with(
+        &cloud(100, 0.7, json!("none")),
+        &[("/duration", json!(0.0207)), ("/record/checkpoint_every", json!(1_000_000))],
+    );
     let mut last = Halves { until: f64::MAX, ..Halves::default() };
     agglo_tests::start(&scene(&short)).run(&mut last).unwrap();
     let checkpoint = last.checkpoint.unwrap();

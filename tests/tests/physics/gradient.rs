@@ -68,10 +68,13 @@ fn laws() -> Vec<(String, Vec<(&'static str, Value)>)> {
     );
     add(
         "each term its own weight",
-        vec![("/near_field", json!({
-            "attraction": { "strength": 3.0, "exponent": 2.0, "weight": "charge-product" },
-            "repulsion": { "strength": 0.2, "exponent": 3.7, "weight": "mass-product" }, "weight": "none", "cutoff": 1.3
-        }))],
+        vec![(
+            "/near_field",
+            json!({
+                "attraction": { "strength": 3.0, "exponent": 2.0, "weight": "charge-product" },
+                "repulsion": { "strength": 0.2, "exponent": 3.7, "weight": "mass-product" }, "weight": "none", "cutoff": 1.3
+            }),
+        )],
     );
     let charged = json!({
         "attraction": { "strength": 3.0, "exponent": 2.0 }, "repulsion": { "strength": 0.2, "exponent": 4.0 },
@@ -81,11 +84,14 @@ fn laws() -> Vec<(String, Vec<(&'static str, Value)>)> {
     add("like charges", vec![("/near_field", charged), ("/particles/list/1/charge", json!(1.3))]);
     let external = json!({ "gravity": [0.3, -0.2, -9.81], "electric_field": [5.0, -2.0, 0.5] });
     add("gravity and electric field", vec![("/external", external.clone())]);
-    add("everything", vec![
-        ("/near_field", two),
-        ("/binding", json!({ "strength": 1.75, "exponent": 0.6, "range": 2.5 })),
-        ("/external", external),
-    ]);
+    add(
+        "everything",
+        vec![
+            ("/near_field", two),
+            ("/binding", json!({ "strength": 1.75, "exponent": 0.6, "range": 2.5 })),
+            ("/external", external),
+        ],
+    );
     laws
 }
 

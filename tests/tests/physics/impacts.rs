@@ -106,7 +106,8 @@ fn check(what: &str, value: &Value, u: f64, w: f64, expected: &Expected) -> Impa
     // The balance subtracts kinetic energies, the drift's included.
     assert!(sample.ledger.residual.abs() <= 1e-14 * sample.ledger.kinetic.max(energy), "{what}: {:?}", sample.ledger);
     // The share of the momentum there was before: what is left may be next to nothing.
-    let sizes = |step: &Step| (0..step.state.velocity.len()).map(|i| step.state.velocity.get(i).norm()).fold(0.0, f64::max);
+    let sizes =
+        |step: &Step| (0..step.state.velocity.len()).map(|i| step.state.velocity.get(i).norm()).fold(0.0, f64::max);
     let unexplained = sample.momentum.residual * sizes(&after) / sizes(&before);
     assert!(unexplained <= 1e-15, "{what}: {unexplained}");
     impact
@@ -233,6 +234,7 @@ fn every_impact_of_a_repelling_cloud_pushes() {
             }
             clamped += step.diagnostics.as_ref().unwrap().contacts - step.impacts.len() as u64;
         }
-        println!("e = {e}: {clamped} clamped, {:?}", outcome.counters);
+        // After a plastic impact the pair parts at round-off speed, still overlapping: the repulsion outweighs its approach.
+        assert!(clamped > 0 || e > 0.0, "{:?}", outcome.counters);
     }
 }

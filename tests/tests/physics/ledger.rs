@@ -99,57 +99,67 @@ fn add_impacts(totals: &mut Totals, report: &agglo_core::StepReport<'_>) {
 /// Every shipped scene: momentum to round-off, and cumulative sums recomputed from `impacts` alone.
 #[test]
 fn shipped_scenes_keep_momentum_and_their_books() {
-    let residuals: Vec<(String, f64)> = shipped_scenes().into_par_iter().map(|(name, value)| {
-        let mut sums = Totals::default();
-        let mut last_step = 0;
-        let mut worst: f64 = 0.0;
-        let outcome = run(&scene(&value), |report| {
-            assert!(report.step == last_step + u64::from(report.step > 0), "{name}: step {} missing", last_step + 1);
-            last_step = report.step;
-            add_impacts(&mut sums, report);
-            if let Some(sample) = report.sample {
-                worst = worst.max(sample.momentum.residual);
-                // Clusters partition the particles.
-                if let Some(clusters) = &sample.clusters {
-                    let of = &clusters.of;
-                    let number = of.iter().max().unwrap() + 1;
-                    assert_eq!(number, clusters.count + clusters.singletons, "{name}");
-                    let sum = clusters.mean_size * f64::from(clusters.count) + f64::from(clusters.singletons);
-                    assert!((sum - of.len() as f64).abs() < 1e-9, "{name}");
+    let residuals: Vec<(String, f64)> = shipped_scenes()
+        .into_par_iter()
+        .map(|(name, value)| {
+            let mut sums = Totals::default();
+            let mut last_step = 0;
+            let mut worst: f64 = 0.0;
+            let outcome = run(&scene(&value), |report| {
+                assert!(
+                    report.step == last_step + u64::from(report.step > 0),
+                    "{name}: step {} missing",
+                    last_step + 1
+                );
+                last_step = report.step;
+                add_impacts(&mut sums, report);
+                if let Some(sample) = report.sample {
+                    worst = worst.max(sample.momentum.residual);
+                    // Clusters partition the particles.
+                    if let Some(clusters) = &sample.clusters {
+                        let of = &clusters.of;
+                        let number = of.iter().max().unwrap() + 1;
+                        assert_eq!(number, clusters.count + clusters.singletons, "{name}");
+                        let sum = clusters.mean_size * f64::from(clusters.count) + f64::from(clusters.singletons);
+                        assert!((sum - of.len() as f64).abs() < 1e-9, "{name}");
+                    }
                 }
+            });
+            let totals = outcome.sample.ledger.totals;
+            for (what, ours, theirs) in [
+                ("reaction heat", sums.reaction_heat, totals.reaction_heat),
+                ("impact loss", sums.impact_loss, totals.impact_loss),
+                ("friction loss", sums.friction_loss, totals.friction_loss),
+            ] {
+                // The same numbers in the same order.
+                assert!(
+                    (ours - theirs).abs() <= 1e-12 * theirs.abs(),
+                    "{name}: {what} {theirs} J, from impacts {ours} J"
+                );
             }
-        });
-        let totals = outcome.sample.ledger.totals;
-        for (what, ours, theirs) in [
-            ("reaction heat", sums.reaction_heat, totals.reaction_heat),
-            ("impact loss", sums.impact_loss, totals.impact_loss),
-            ("friction loss", sums.friction_loss, totals.friction_loss),
-        ] {
-            // The same numbers in the same order.
-            assert!((ours - theirs).abs() <= 1e-12 * theirs.abs(), "{name}: {what} {theirs} J, from impacts {ours} J");
-        }
-        // Where nothing damps, in `consistent`, what is left unexplained is small beside what moves.
-        if value["model"] != json!("paper") {
-            let ledger = outcome.sample.ledger;
-            let size = ledger.kinetic + ledger.thermal + totals.impact_loss + totals.resting_loss;
-            assert!(ledger.residual.abs() <= 1e-2 * size, "{name}: {ledger:?}");
-        }
-        (name, worst)
-    }).collect();
+            // Where nothing damps, in `consistent`, what is left unexplained is small beside what moves.
+            if value["model"] != json!("paper") {
+                let ledger = outcome.sample.ledger;
+                let size = ledger.kinetic + ledger.thermal + totals.impact_loss + totals.resting_loss;
+                assert!(ledger.residual.abs() <= 1e-2 * size, "{name}: {ledger:?}");
+            }
+            (name, worst)
+        })
+        .collect();
     // Pairs cancel in forces to a rounding of each sum of 100 to 1000; sums of impulses round once each.
     let worse: Vec<&(String, f64)> = residuals.iter().filter(|(_, worst)| *worst > 1e-13).collect();
     assert!(worse.is_empty(), "largest momentum residual of a run: {worse:?}");
 }
 
-/// The residual is a share of the momentum that moved, not of what is left of it: two equal bodies that meet and stay
-/// together have none left, and have kept it all.
+/// The residual is a share of the momentum that moved, not of what is left of it: two bodies that meet and stay together
+/// have next to none left, and have kept it all.
 #[test]
 fn momentum_that_is_gone_leaves_no_residual_behind() {
     let value = json!({
         "duration": 0.3,
         "particles": { "list": [
-            { "position": [-0.1, 0.013, 0.0], "velocity": [1.1, 0.0, 0.0], "radius": 0.05, "mass": 1.0 },
-            { "position": [0.1, 0.0, 0.0], "velocity": [-1.1, 0.0, 0.0], "radius": 0.05, "mass": 1.0 }
+            { "position": [-0.1, 0.013, 0.0], "velocity": [0.9, 0.0, 0.0], "radius": 0.05, "mass": 1.0 },
+            { "position": [0.1, 0.0, 0.0], "velocity": [-0.3, 0.0, 0.0], "radius": 0.05, "mass": 3.0 }
         ] },
         "contact": { "restitution": 0.0, "friction": { "static": 10.0, "dynamic": 10.0 } },
         "solver": { "step": { "fixed": 1e-3 } }

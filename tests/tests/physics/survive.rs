@@ -68,7 +68,9 @@ fn one_particle_flies_straight() {
 
 #[test]
 fn two_particles_meet() {
-    for state in survives("two particles", &everything(&[particle(0.0, 1.0, 0.05, 1.0), particle(0.3, -1.0, 0.05, 1.0)])) {
+    for state in
+        survives("two particles", &everything(&[particle(0.0, 1.0, 0.05, 1.0), particle(0.3, -1.0, 0.05, 1.0)]))
+    {
         // The same bodies mirrored: they stay each other's image.
         assert!((state.position.x[0] + state.position.x[1] - 0.3).abs() <= 1e-12);
     }
@@ -84,9 +86,12 @@ fn effects_of_strength_zero_do_nothing() {
     let zero = with(
         &without,
         &[
-            ("/near_field", json!({
-                "attraction": { "strength": 0.0, "exponent": 1.0 }, "repulsion": { "strength": 0.0, "exponent": 2.0 }
-            })),
+            (
+                "/near_field",
+                json!({
+                    "attraction": { "strength": 0.0, "exponent": 1.0 }, "repulsion": { "strength": 0.0, "exponent": 2.0 }
+                }),
+            ),
             ("/binding", json!({ "strength": 0.0, "exponent": 1.0, "range": 1.65 })),
             ("/thermal/reaction", json!({ "energy_per_area": 0.0, "force_scale": 1000.0 })),
             ("/thermal/convection", json!({ "coefficient": 0.0, "ambient": 280.0 })),
@@ -116,7 +121,10 @@ fn particles_out_of_each_others_reach_do_not_notice() {
     let many: Vec<Value> = (0..300)
         .map(|k| particle(10_f64.powf(f64::from(k) / 300.0 * 14.0) + 0.2 * f64::from(k), 0.0, 0.05, 1.0))
         .collect();
-    survives("a cloud over fourteen decades", &with(&everything(&many), &[("/near_field/cutoff", json!(0.3)), ("/duration", json!(0.05))]));
+    survives(
+        "a cloud over fourteen decades",
+        &with(&everything(&many), &[("/near_field/cutoff", json!(0.3)), ("/duration", json!(0.05))]),
+    );
 }
 
 #[test]
@@ -125,10 +133,13 @@ fn radii_and_masses_may_differ_by_many_decades() {
     let value = with(
         &everything(&list),
         &[
-            ("/near_field", json!({
-                "attraction": { "strength": 1e-5, "exponent": 1.0 }, "repulsion": { "strength": 1e-6, "exponent": 2.0 },
-                "weight": "mass-product", "cutoff": 1.5
-            })),
+            (
+                "/near_field",
+                json!({
+                    "attraction": { "strength": 1e-5, "exponent": 1.0 }, "repulsion": { "strength": 1e-6, "exponent": 2.0 },
+                    "weight": "mass-product", "cutoff": 1.5
+                }),
+            ),
             ("/binding/strength", json!(1e-6)),
             ("/duration", json!(0.05)),
         ],

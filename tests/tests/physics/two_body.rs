@@ -161,15 +161,12 @@ fn halving_the_step_shows_each_integrators_order() {
     let truth = reference(&value, 2.0);
     for (integrator, expected) in [("backward-euler", 1.0), ("trapezoidal", 2.0), ("velocity-verlet", 2.0)] {
         let error = |dt: f64| {
-            let value =
-                with(&value, &[("/solver/integrator", json!(integrator)), ("/solver/step/fixed", json!(dt))]);
+            let value = with(&value, &[("/solver/integrator", json!(integrator)), ("/solver/step/fixed", json!(dt))]);
             let simulation = &mut agglo_tests::start(&scene(&value));
             simulation.run(&mut ()).unwrap();
             let state = simulation.state();
             (0..2)
-                .map(|i| {
-                    (state.position.get(i) - truth[i]).norm() + (state.velocity.get(i) - truth[2 + i]).norm()
-                })
+                .map(|i| (state.position.get(i) - truth[i]).norm() + (state.velocity.get(i) - truth[2 + i]).norm())
                 .sum::<f64>()
         };
         // Steps of a hundredth of the vibration's period and less: the next term of the error is below a tenth.
@@ -304,9 +301,12 @@ fn a_violent_release_keeps_its_energy() {
     let value = with(
         &released(0.2),
         &[
-            ("/near_field", json!({
-                "attraction": { "strength": 1.0, "exponent": 6.0 }, "repulsion": { "strength": 1.0, "exponent": 12.0 }
-            })),
+            (
+                "/near_field",
+                json!({
+                    "attraction": { "strength": 1.0, "exponent": 6.0 }, "repulsion": { "strength": 1.0, "exponent": 12.0 }
+                }),
+            ),
             ("/duration", json!(1e-3)),
             ("/solver", json!({ "step": { "initial": 1e-6, "max": 1e-2, "min": 1e-12 } })),
         ],

@@ -130,7 +130,14 @@ impl Partners<'_> {
                     }
                 }
                 None => {
-                    for (out, &value) in out.iter_mut().zip(&column[first..first + count]) {
+                    let (whole, rest) = column[first..first + count].as_chunks::<LANES>();
+                    let (lanes, _) = out.as_chunks_mut::<LANES>();
+                    for (out, values) in lanes.iter_mut().zip(whole) {
+                        for l in 0..LANES {
+                            out[l] = f(values[l]);
+                        }
+                    }
+                    for (out, &value) in out[count - rest.len()..].iter_mut().zip(rest) {
                         *out = f(value);
                     }
                 }
@@ -176,11 +183,11 @@ impl Block {
             (true, Some(list)) => list.partition_point(|&j| (j as usize) < i),
         };
         while first < total {
-            // Whole blocks, then what is left in short ones: loops of constant length leave no scalar remainder.
-            let count = if total - first >= BLOCK { BLOCK } else { LANES.min(total - first) };
+            let count = BLOCK.min(total - first);
             let partners = listed.map_or(Partners::From(first), |list| Partners::Listed(&list[first..first + count]));
             let own = if listed.is_none() { i.wrapping_sub(first) } else { usize::MAX };
-            if count == BLOCK {
+            // Loops of constant length leave no scalar remainder, and long ones hide the time of single operations.
+            if count > LANES {
                 self.pairs::<ENERGY, BLOCK>(field, r, i, partners, (count, own), &mut lanes);
             } else {
                 self.pairs::<ENERGY, LANES>(field, r, i, partners, (count, own), &mut lanes);
