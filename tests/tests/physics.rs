@@ -1,6 +1,6 @@
 //! The physics of the solver: forces, motion, impacts, heat, what is conserved, and that nothing depends on chance.
 
-#![allow(missing_docs)]
+#![allow(missing_docs, clippy::unwrap_used)]
 
 /// Step size: named failures, bounded rejections, the end of a run, (54) recomputed.
 #[path = "physics/control.rs"]

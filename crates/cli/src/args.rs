@@ -15,7 +15,7 @@ pub const COMMIT: &str = env!("AGGLO_COMMIT");
 
 /// Direct simulation of charged, colliding, clustering, heating particle clouds, with logs that can be trusted.
 #[derive(Debug, Parser)]
-#[command(name = "agglo", version = long_version(), max_term_width = 100, disable_help_subcommand = true)]
+#[command(name = "agglo", version = long_version(), max_term_width = 100)]
 #[command(
     after_help = "Exit codes: 0 done · 1 failed · 2 bad input or usage · 3 done, but the input is damaged · 130 \
                         interrupted · 101 a bug.\nStart with `agglo init`, which lists the scenes that come along."
@@ -117,7 +117,8 @@ pub enum Command {
 pub struct SceneArgs {
     /// Scene file; `-` reads standard input
     pub scene: Target,
-    /// Set a value of the scene, such as `solver.step.initial=1e-4`; VALUE is JSON, else a string
+    /// Set a value of the scene, such as `solver.step.initial=1e-4`; VALUE is JSON, else a string; `null` removes the
+    /// key, as in `thermal=null`
     #[arg(long, value_name = "POINTER=VALUE", value_parser = setting)]
     pub set: Vec<Setting>,
 }
@@ -191,7 +192,7 @@ pub struct ExportArgs {
     #[arg(long, value_enum)]
     pub format: ExportFormat,
     /// Which states: a time in seconds (the last state at or before it), `end`, or `all`
-    #[arg(long, value_name = "T", default_value = "end")]
+    #[arg(long, value_name = "T", default_value = "end", allow_negative_numbers = true)]
     pub at: At,
     /// File to write; `-` writes to standard output
     #[arg(short, long, value_name = "PATH")]

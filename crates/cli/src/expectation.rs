@@ -14,7 +14,9 @@ pub struct Expectation {
     /// Size at `steps`.
     pub expected: SizeEstimate,
     /// Size at `fewest_steps`.
-    pub least: SizeEstimate,
+    pub fewest: SizeEstimate,
+    /// A log of `fewest_steps` takes no less [bytes].
+    pub least_log: u64,
 }
 
 /// Judges a scene.
@@ -28,6 +30,7 @@ pub fn expect(scene: &Scene, particles: &Particles) -> Expectation {
         steps: steps(initial),
         fewest_steps: steps(max),
         expected: size(steps(initial)),
-        least: size(steps(max)),
+        fewest: size(steps(max)),
+        least_log: agglo_record::least(scene, particles.len(), steps(max)),
     }
 }

@@ -204,6 +204,12 @@ fn beside(path: &Path, replace: bool) -> Result<Sink, Failure> {
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
     let file = builder.tempfile_in(folder_of(path)).map_err(|error| {
+        let folder = folder_of(path);
+        if error.kind() == io::ErrorKind::NotFound && !folder.exists() {
+            let folder = folder.display();
+            let text = format!("cannot write {}: the folder {folder} does not exist", path.display());
+            return Failure::Input(Message::new(text).file(path.display()).hint("make it, or write elsewhere"));
+        }
         // The error names the temporary file, which would only puzzle.
         let source = io::Error::from(error.kind());
         Failure::open(path, &source)
@@ -211,7 +217,8 @@ fn beside(path: &Path, replace: bool) -> Result<Sink, Failure> {
     Ok(Sink::Beside { file, path: path.to_owned(), replace })
 }
 
-fn folder_of(path: &Path) -> &Path {
+/// The folder that a file is in.
+pub fn folder_of(path: &Path) -> &Path {
     match path.parent() {
         Some(folder) if folder != Path::new("") => folder,
         _ => Path::new("."),
@@ -219,7 +226,7 @@ fn folder_of(path: &Path) -> &Path {
 }
 
 /// File name without its ending, and the ending with its dot.
-fn parts(path: &Path) -> (String, String) {
+pub fn parts(path: &Path) -> (String, String) {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let ending = path.extension().map(|ending| format!(".{}", ending.to_string_lossy())).unwrap_or_default();
     (stem, ending)

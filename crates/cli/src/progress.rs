@@ -3,18 +3,20 @@
 use std::time::{Duration, Instant};
 
 use agglo_core::StepReport;
-use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use crate::args::ProgressKind;
 use crate::numbers::counted;
 use crate::terminal::Terminal;
 
-/// Length of the bar: simulated time counts in these parts of the duration.
-const PARTS: f64 = 1e6;
-/// What the bar looks like; it fits into 80 columns.
-const TEMPLATE: &str = "{bar:12} {percent:>3} %  {eta} left  {wide_msg}";
+/// The whole line is one message: setting a position as well would draw every update twice.
+const TEMPLATE: &str = "{wide_msg}";
+/// Length of the bar [characters].
+const BAR: usize = 12;
 /// Time between redraws of the bar.
 const REDRAW: Duration = Duration::from_millis(50);
+/// Time from which on the pace so far tells when a run ends.
+const SETTLED: Duration = Duration::from_millis(500);
 /// Time between JSON lines.
 const LINE: Duration = Duration::from_secs(1);
 
@@ -53,7 +55,7 @@ impl Progress {
         let show = match terminal.progress {
             ProgressKind::Json => Show::Lines,
             _ if terminal.draws_bar() => {
-                let bar = ProgressBar::with_draw_target(Some(PARTS as u64), ProgressDrawTarget::stderr());
+                let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::stderr());
                 // The default style stands in for a template that cannot be read, which a test rules out.
                 bar.set_style(ProgressStyle::with_template(TEMPLATE).unwrap_or_else(|_| ProgressStyle::default_bar()));
                 Show::Bar(bar)
@@ -108,32 +110,51 @@ impl Progress {
         match &self.show {
             Show::Nothing => {}
             Show::Bar(bar) => {
-                bar.set_message(self.message(numbers));
-                bar.set_position((numbers.time / self.duration * PARTS) as u64);
+                // Asked every time: a terminal may change its width.
+                let columns = console::Term::stderr().size_checked().map_or(80, |(_, columns)| columns);
+                bar.set_message(self.text(numbers, columns.into()));
             }
             Show::Lines => self.terminal.json(&self.line(numbers)),
         }
     }
 
-    fn message(&self, numbers: &Numbers) -> String {
-        use std::fmt::Write;
-        let mut message = format!("t {:.4} of {} s", numbers.time, self.duration);
-        if let Some(dt) = numbers.dt {
-            _ = write!(message, "  dt {dt:.1e} s");
+    /// As much of it as fits into a line of so many columns, the most important first; a bar where there is room.
+    fn text(&self, numbers: &Numbers, columns: usize) -> String {
+        let done = (numbers.time / self.duration).clamp(0.0, 1.0);
+        // What is left is not known from the first moments.
+        let left = self.remaining(numbers).filter(|_| self.started.elapsed() >= SETTLED).and_then(|left| {
+            let left = Duration::try_from_secs_f64(left).ok()?;
+            Some(format!("{:#}", HumanDuration(left)))
+        });
+        let mut text = format!("{:>3} %  t {:.4} of {} s", (done * 100.0) as u64, numbers.time, self.duration);
+        let parts = [
+            Some(format!("{} left", left.as_deref().unwrap_or("-"))),
+            numbers.dt.map(|dt| format!("dt {dt:.1e} s")),
+            numbers.iterations.map(|iterations| format!("{iterations} iter.")),
+            self.clusters.map(|clusters| counted(clusters.into(), "cluster")),
+        ];
+        for part in parts.into_iter().flatten() {
+            if text.len() + 2 + part.len() > columns {
+                return text;
+            }
+            text = format!("{text}  {part}");
         }
-        if let Some(iterations) = numbers.iterations {
-            _ = write!(message, "  {iterations} iter.");
+        if text.len() + 1 + BAR <= columns {
+            let full = (done * BAR as f64) as usize;
+            text = format!("{}{} {text}", "█".repeat(full), "░".repeat(BAR - full));
         }
-        if let Some(clusters) = self.clusters {
-            _ = write!(message, "  {}", counted(clusters.into(), "cluster"));
-        }
-        message
+        text
+    }
+
+    /// Time to the end at the pace so far [s]; `None` before the first step.
+    fn remaining(&self, numbers: &Numbers) -> Option<f64> {
+        let done = numbers.time / self.duration;
+        (done > 0.0).then(|| self.started.elapsed().as_secs_f64() * (1.0 - done).max(0.0) / done)
     }
 
     fn line(&self, numbers: &Numbers) -> serde_json::Value {
         let elapsed = self.started.elapsed().as_secs_f64();
-        let done = numbers.time / self.duration;
-        let remaining = (done > 0.0).then(|| elapsed * (1.0 - done).max(0.0) / done);
+        let remaining = self.remaining(numbers);
         serde_json::json!({
             "type": "progress", "time": numbers.time, "duration": self.duration, "step": numbers.step, "dt": numbers.dt,
             "iterations": numbers.iterations, "clusters": self.clusters, "elapsed_seconds": elapsed,
@@ -158,16 +179,23 @@ mod tests {
 
     #[test]
     fn a_bar_says_time_step_iterations_clusters() {
-        let message = progress(ProgressKind::Never).message(&NUMBERS);
-        assert_eq!(message, "t 1.2500 of 5 s  dt 1.0e-3 s  2 iter.  3 clusters");
+        let mut progress = progress(ProgressKind::Never);
+        let all = " 25 %  t 1.2500 of 5 s  - left  dt 1.0e-3 s  2 iter.  3 clusters";
+        assert_eq!(progress.text(&NUMBERS, 80), format!("███░░░░░░░░░ {all}"));
+        assert_eq!(progress.text(&NUMBERS, 70), all);
+        assert_eq!(progress.text(&NUMBERS, 40), " 25 %  t 1.2500 of 5 s  - left");
+        assert_eq!(progress.text(&NUMBERS, 1), " 25 %  t 1.2500 of 5 s", "never without the time");
+        let Some(started) = progress.started.checked_sub(Duration::from_secs(4)) else { return };
+        progress.started = started;
+        assert!(progress.text(&NUMBERS, 80).contains("12s left"), "{}", progress.text(&NUMBERS, 80));
     }
 
     #[test]
     fn a_line_is_json_with_the_time_left() {
         let line = progress(ProgressKind::Json).line(&NUMBERS);
         let (elapsed, left) = (line["elapsed_seconds"].as_f64().unwrap(), line["remaining_seconds"].as_f64().unwrap());
-        // A quarter is done, so three times as much is left, to round-off.
-        assert!((left - 3.0 * elapsed).abs() <= 1e-12 * left, "{line}");
+        // A quarter is done, so three times as much is left; the clock is read twice, microseconds apart.
+        assert!((left - 3.0 * elapsed).abs() <= 0.1, "{line}");
         assert_eq!((&line["step"], &line["clusters"]), (&7.into(), &3.into()));
     }
 

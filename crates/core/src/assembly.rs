@@ -8,7 +8,7 @@ use crate::convergence::Convergence;
 use crate::domain::Domain;
 use crate::force::{ExternalField, Field};
 use crate::integrator::Integrator;
-use crate::scene::{IntegratorKind, ModelKind, Scene};
+use crate::scene::{IntegratorKind, ModelKind, Scene, Weight};
 use crate::state::{Columns, Particles};
 use crate::step_control::ITERATION_SHARE;
 use crate::thermal::exchange::Exchange;
@@ -38,6 +38,7 @@ pub struct Model {
     pub bond_range: Option<f64>,
     /// Pairs within this many sums of radii belong to one cluster [-].
     pub cluster_range: Option<f64>,
+    uses_charges: bool,
     /// Mean diameter [m].
     pub mean_diameter: f64,
     /// Smallest diameter [m].
@@ -69,6 +70,7 @@ impl Model {
             domain,
             bond_range,
             cluster_range,
+            uses_charges: uses_charges(scene),
             mean_diameter: particles.mean_diameter(),
             smallest_diameter: particles.radius.iter().fold(f64::INFINITY, |least, b| least.min(2.0 * b)),
         }
@@ -92,6 +94,12 @@ impl Model {
         pairs
     }
 
+    /// Whether any force depends on charges.
+    #[must_use]
+    pub fn uses_charges(&self) -> bool {
+        self.uses_charges
+    }
+
     /// The error measure of the model: (52) in `paper`, largest move over the mean diameter in `consistent`.
     #[must_use]
     pub fn convergence(&self, scene: &Scene) -> Convergence {
@@ -102,4 +110,16 @@ impl Model {
         let tolerance = (share * scene.solver.tolerance.position, share * scene.solver.tolerance.temperature);
         Convergence::new(self.kind, tolerance, scene.solver.max_iterations, self.mean_diameter)
     }
+}
+
+/// Whether the scene names a force that depends on charges.
+fn uses_charges(scene: &Scene) -> bool {
+    let near = scene.near_field.as_ref();
+    let terms = near.into_iter().flat_map(|near| [&near.attraction, &near.repulsion]).flatten();
+    let weights = terms
+        .filter_map(|term| term.weight)
+        .chain(near.map(|near| near.weight))
+        .chain(scene.binding.as_ref().and_then(|binding| binding.weight));
+    let field = scene.external.as_ref().and_then(|external| external.electric_field);
+    field.is_some() || weights.into_iter().any(|weight| weight == Weight::ChargeProduct)
 }

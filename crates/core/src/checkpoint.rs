@@ -8,6 +8,8 @@ use crate::state::{Columns, State};
 pub struct Checkpoint {
     /// Time [s].
     pub time: f64,
+    /// What the time is rounded by, so that equal steps add up exactly [s].
+    pub time_rest: f64,
     /// Step number.
     pub step: u64,
     /// Next step size before it is clipped to the run's end [s].
@@ -47,4 +49,6 @@ pub struct Counters {
     pub intervals: u64,
     /// Deepest overlap seen at a step's end [m].
     pub max_overlap: f64,
+    /// Largest sum of m |v| at a step's end [kg m/s], against which momentum is judged.
+    pub largest_momentum: f64,
 }

@@ -99,14 +99,14 @@ impl std::fmt::Display for RunError {
         match self {
             Self::StepTooSmall { time, dt, min, cause, particles, violation, advice } => write!(
                 f,
-                "the step fell below {min:e} s at t = {time} s (next: {dt:e} s): {} ({cause}, error {violation:.3e} \
-                 times the tolerance); {advice}",
+                "the step fell below {min:e} s at t = {time} s (next: {dt:e} s): {} ({cause}, {violation:.3e} times \
+                 what is allowed); {advice}",
                 names(particles)
             ),
             Self::TooManyRejections { time, dt, attempts, cause, particles, violation, advice } => write!(
                 f,
                 "{attempts} attempts at the step from t = {time} s were rejected, the last with dt = {dt:e} s: {} \
-                 ({cause}, error {violation:.3e} times the tolerance); {advice}",
+                 ({cause}, {violation:.3e} times what is allowed); {advice}",
                 names(particles)
             ),
             Self::NotFinite { time, particle, quantity, value, advice } => {

@@ -53,7 +53,7 @@ pub struct Momentum {
     pub linear: [f64; 3],
     /// Sum of r x m v about the origin [kg m^2/s].
     pub angular: [f64; 3],
-    /// |P - P_0 - outside impulse| over the sum of m |v| [-].
+    /// |P - P_0 - outside impulse| over the largest sum of m |v| so far (or the outside impulse, where that is more) [-].
     pub residual: f64,
 }
 
@@ -102,9 +102,15 @@ impl Simulation {
         let angular = total(&|i| r.get(i).cross(&(mass[i] * v.get(i))));
         let outside = Vector3::from(self.totals.outside_impulse);
         let unexplained = Vector3::from(linear) - Vector3::from(self.initial_momentum.linear) - outside;
-        let size: Sum = (0..n).map(|i| mass[i] * v.get(i).norm()).collect();
-        let residual = if size.value() > 0.0 { unexplained.norm() / size.value() } else { 0.0 };
+        let size = self.counters.largest_momentum.max(outside.norm());
+        let residual = if unexplained.norm() > 0.0 { unexplained.norm() / size } else { 0.0 };
         Momentum { linear, angular, residual }
+    }
+
+    /// Sum of m |v| [kg m/s].
+    pub(crate) fn momentum_size(&self) -> f64 {
+        let v = &self.state.velocity;
+        self.particles.mass.iter().enumerate().map(|(i, mass)| mass * v.get(i).norm()).sum()
     }
 }
 

@@ -18,6 +18,10 @@ pub use random::Stream;
 /// decimals touch to round-off.
 const TOLERANCE: f64 = 1e-9;
 
+/// What helps against an overlap.
+const OVERLAP_HINT: &str =
+    "move one of them, make them smaller, or allow it by contact.initial_overlap (a share of the diameter)";
+
 /// Pairs and particles that a refusal names.
 const NAMED: usize = 10;
 
@@ -76,19 +80,21 @@ fn from_list(list: &[ListedParticle]) -> (Particles, State) {
 fn check_geometry(scene: &Scene, domain: &Domain, particles: &Particles, r: &Columns) -> Result<(), SetupError> {
     let listed = matches!(scene.particles, ParticleSource::List(_));
     let pointer = |i: usize| if listed { format!("/particles/list/{i}/position") } else { "/particles".to_owned() };
+    let tolerance = scene.contact.as_ref().and_then(|contact| contact.initial_overlap).unwrap_or(TOLERANCE);
     let mut problems = Problems::default();
     // A cube is filled without overlap in the first place.
     let pairs =
-        if listed { overlap::find(r, &particles.radius, &domain.periodic, TOLERANCE, NAMED + 1) } else { Vec::new() };
+        if listed { overlap::find(r, &particles.radius, &domain.periodic, tolerance, NAMED + 1) } else { Vec::new() };
     for pair in pairs.iter().take(NAMED) {
         let (i, j, distance) = (pair.i, pair.j, pair.distance);
-        let message = if distance == 0.0 {
-            format!("particles {i} and {j} are at the same place")
-        } else {
-            let depth = particles.radius[i] + particles.radius[j] - distance;
-            format!("particles {i} and {j} overlap by {} m: their centres are {distance} m apart", short(depth))
-        };
-        problems.push(Problem::new(pointer(j), message).hint("move one of them, or make them smaller"));
+        if distance == 0.0 {
+            let message = format!("particles {i} and {j} are at the same place");
+            problems.push(Problem::new(pointer(j), message).hint("move one of them"));
+            continue;
+        }
+        let depth = short(particles.radius[i] + particles.radius[j] - distance);
+        let message = format!("particles {i} and {j} overlap by {depth} m: their centres are {distance} m apart");
+        problems.push(Problem::new(pointer(j), message).hint(OVERLAP_HINT));
     }
     if pairs.len() > NAMED {
         problems.push(Problem::new("/particles", "more particles overlap than these ten pairs"));
@@ -98,7 +104,7 @@ fn check_geometry(scene: &Scene, domain: &Domain, particles: &Particles, r: &Col
         for i in 0..r.len() {
             let (distance, radius) = (wall.distance(&r.get(i)), particles.radius[i]);
             // Written so that a distance that is no number is refused too.
-            if distance - radius >= -TOLERANCE * 2.0 * radius {
+            if distance - radius >= -tolerance * 2.0 * radius {
                 continue;
             }
             inside += 1;

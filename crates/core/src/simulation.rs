@@ -26,8 +26,11 @@ pub struct Simulation {
     pub(crate) particles: Particles,
     pub(crate) state: State,
     pub(crate) previous_velocity: Columns,
+    pub(crate) previous_totals: Totals,
     pub(crate) acceleration: Columns,
     pub(crate) touches: Vec<Touch>,
+    /// Whether `touches` are those of the current positions.
+    pub(crate) touches_known: bool,
     pub(crate) impacts: Vec<Impact>,
     pub(crate) notices: Vec<Notice>,
     pub(crate) diagnostics: StepDiagnostics,
@@ -37,6 +40,8 @@ pub struct Simulation {
     pub(crate) initial_momentum: Momentum,
     pub(crate) notices_given: u64,
     pub(crate) time: f64,
+    /// What `time` is rounded by [s].
+    pub(crate) time_rest: f64,
     pub(crate) next_dt: f64,
     pub(crate) duration: f64,
     /// Position tolerance TOL_r [-].
@@ -113,7 +118,9 @@ impl Simulation {
             next_dt: control.initial,
             acceleration: Columns::zeros(if model.has_forces() { n } else { 0 }),
             previous_velocity: Columns::zeros(n),
+            previous_totals: Totals::default(),
             touches: Vec::new(),
+            touches_known: false,
             impacts: Vec::new(),
             notices: Vec::new(),
             diagnostics: StepDiagnostics::default(),
@@ -123,6 +130,7 @@ impl Simulation {
             initial_momentum: Momentum::default(),
             notices_given: 0,
             time: 0.0,
+            time_rest: 0.0,
             duration: scene.duration,
             tolerance: scene.solver.tolerance.position,
             record: scene.record.clone(),
@@ -144,9 +152,18 @@ impl Simulation {
                 self.acceleration.set(i, force.get(i) / self.particles.mass[i]);
             }
         }
+        self.counters.largest_momentum = self.momentum_size();
         let sample = self.sample();
         self.initial_energy = sample.ledger.residual;
         self.initial_momentum = sample.momentum;
+        if self.particles.charge.is_some() && !self.model.uses_charges() {
+            self.notices.push(Notice {
+                level: Level::Warning,
+                message: "particles carry charges, but nothing in the scene acts on them: near_field.weight \
+                    `charge-product` or external.electric_field would"
+                    .to_owned(),
+            });
+        }
         let message = match (self.model.kind, &self.model.contact) {
             (_, None) => return,
             (ModelKind::Paper, Some(_)) => "model `paper` reproduces the paper's scheme with its known failures: \
@@ -179,6 +196,7 @@ impl Simulation {
         }
         let Checkpoint {
             time,
+            time_rest,
             step: _, // counted by counters.steps
             next_dt,
             state,
@@ -195,7 +213,8 @@ impl Simulation {
         {
             field.rebuild_lists(&list_positions);
         }
-        (self.time, self.next_dt, self.state, self.acceleration) = (time, next_dt, state, acceleration);
+        (self.time, self.time_rest, self.next_dt) = (time, time_rest, next_dt);
+        (self.state, self.acceleration) = (state, acceleration);
         (self.totals, self.initial_energy, self.initial_momentum) = (totals, initial_energy, initial_momentum);
         (self.counters, self.notices_given) = (counters, notices_given);
         self.started = true;
@@ -208,6 +227,7 @@ impl Simulation {
         let built_at = self.model.field.as_ref().and_then(|field| field.neighbors.built_at());
         Checkpoint {
             time: self.time,
+            time_rest: self.time_rest,
             step: self.counters.steps,
             next_dt: self.next_dt,
             state: self.state.clone(),

@@ -1,6 +1,6 @@
 //! One step of the solver, as the paper's loop (55) has it: attempts, until one is accepted.
 
-use crate::contact::resolve::{Bodies, resolve};
+use crate::contact::resolve::{Bodies, Resolution, lift, resolve};
 use crate::contact::search::TOUCHING;
 use crate::convergence::Verdict;
 use crate::diagnostics::{Level, Notice, RejectedAttempt, RejectionCause, StepDiagnostics};
@@ -10,7 +10,7 @@ use crate::scene::ModelKind;
 use crate::simulation::{OnceNotice, Simulation};
 use crate::stagger::Start;
 use crate::state::Columns;
-use crate::step_control::{Attempt, Decision, MAX_ATTEMPTS, TRAVEL_SHARE};
+use crate::step_control::{Attempt, Decision, MAX_ATTEMPTS, TRAVEL_SHARE, Worst};
 use nalgebra::Vector3;
 
 impl Simulation {
@@ -20,6 +20,7 @@ impl Simulation {
         let mut dt = self.next_dt.min(left);
         self.begin_step();
         loop {
+            self.lift_resting(dt);
             let start = Start { particles: &self.particles, state: &self.state, acceleration: &self.acceleration };
             let verdict = self.stagger.solve(&mut self.model, &start, dt);
             let attempt = self.attempt(dt, verdict);
@@ -30,7 +31,7 @@ impl Simulation {
                     self.next_dt = if clipped { self.next_dt } else { next_dt };
                     return self.accept(&attempt);
                 }
-                Decision::Reject { cause, retry_dt } => dt = self.reject(cause, dt, retry_dt)?,
+                Decision::Reject { cause, retry_dt } => dt = self.reject(cause, &attempt, retry_dt)?,
             }
         }
     }
@@ -40,6 +41,40 @@ impl Simulation {
         self.notices.clear();
         self.diagnostics = StepDiagnostics::default();
         self.stagger.pairs_evaluated = 0;
+        self.previous_velocity.copy_from(&self.state.velocity);
+        self.previous_totals = self.totals;
+    }
+
+    /// `consistent`: keeps pressed contacts from sinking in a step of dt, whatever an earlier attempt did.
+    fn lift_resting(&mut self, dt: f64) {
+        let (Some(law), Some(search)) = (&self.model.contact, &mut self.model.search) else { return };
+        if self.model.kind == ModelKind::Paper || self.acceleration.is_empty() {
+            return;
+        }
+        if !self.diagnostics.rejected.is_empty() {
+            self.state.velocity.copy_from(&self.previous_velocity);
+            self.totals = self.previous_totals;
+        }
+        if !self.touches_known {
+            search.touching(&self.state.position, &self.particles, &self.model.domain, &mut self.touches);
+            self.touches_known = true;
+        }
+        if self.touches.is_empty() {
+            return;
+        }
+        let weight = self.model.integrator.position_sum();
+        let mut bodies = Bodies {
+            particles: &self.particles,
+            domain: &self.model.domain,
+            position: &self.state.position,
+            velocity: &mut self.state.velocity,
+            temperature: None,
+            acceleration: &self.acceleration,
+            dt,
+            heat_capacity: f64::INFINITY,
+        };
+        let lifted = lift(law, &self.touches, weight, self.time, &mut bodies);
+        self.book_resting(&lifted);
     }
 
     /// What the step control needs to know about an attempt.
@@ -48,40 +83,50 @@ impl Simulation {
         Attempt {
             dt,
             verdict,
-            local_error: consistent.then(|| self.local_error(dt) / self.tolerance),
+            local_error: consistent.then(|| self.local_error(dt)),
             travel: (consistent && self.model.contact.is_some()).then(|| self.travel()),
         }
     }
 
-    /// Largest difference between r' and the third-order r + dt v + dt^2 (a/3 + a'/6), over the mean diameter [-].
-    fn local_error(&self, dt: f64) -> f64 {
+    /// Largest difference between r' and the third-order r + dt v + dt^2 (a/3 + a'/6), in mean diameters, over the
+    /// position tolerance [-]. A kick that turns the motion of the whole cloud around counts as too large at any tolerance:
+    /// near a singular attraction that difference is small although nothing is resolved.
+    fn local_error(&self, dt: f64) -> Worst {
         let integrator = &self.model.integrator;
         let (new, old) = (integrator.position_new - 1.0 / 6.0, integrator.position_old - 1.0 / 3.0);
-        let largest = (0..self.acceleration.len())
-            .map(|i| {
-                let a = self.stagger.field_force.get(i) / self.particles.mass[i];
-                (a * new + self.acceleration.get(i) * old).norm_squared()
-            })
-            .fold(0.0, f64::max);
-        dt * dt * largest.sqrt() / self.model.mean_diameter
+        let next = |i: usize| self.stagger.field_force.get(i) / self.particles.mass[i];
+        let n = self.acceleration.len();
+        let scale = dt * dt / (self.model.mean_diameter * self.tolerance);
+        let error = Worst::of((0..n).map(|i| scale * (next(i) * new + self.acceleration.get(i) * old).norm()));
+        let fastest = (0..n).map(|i| self.state.velocity.get(i).norm()).fold(0.0, f64::max);
+        let kick = Worst::of((0..n).map(|i| {
+            let (before, after) = (self.acceleration.get(i), next(i));
+            let (change, size) = ((after - before).norm(), before.norm().max(after.norm()));
+            let own = (self.state.velocity.get(i) + (before + after) * (0.5 * dt)).norm();
+            if change > 0.5 * size { dt * change / fastest.max(own).max(0.5 * dt * size) } else { 0.0 }
+        }));
+        if kick.size > 1.0 && error.size <= 1.0 { Worst { size: 8.0, ..kick } } else { error }
     }
 
     /// Bound on how far any two (or one and a wall) came nearer, over what contacts allow in a step [-].
-    fn travel(&self) -> f64 {
+    fn travel(&self) -> Worst {
         let (from, to) = (&self.state.position, &self.stagger.position);
         let n = from.len();
         let moved = |i: usize| to.get(i) - from.get(i);
         let mean = (0..n).map(moved).sum::<Vector3<f64>>() / n as f64;
-        let farthest = |from: Vector3<f64>| (0..n).map(|i| (moved(i) - from).norm_squared()).fold(0.0, f64::max).sqrt();
-        let between = if n > 1 { 2.0 * farthest(mean) } else { 0.0 };
-        let to_walls = if self.model.domain.walls.is_empty() { 0.0 } else { farthest(Vector3::zeros()) };
-        between.max(to_walls) / (TRAVEL_SHARE * self.model.smallest_diameter)
+        let allowed = TRAVEL_SHARE * self.model.smallest_diameter;
+        let walls = !self.model.domain.walls.is_empty();
+        Worst::of((0..n).map(|i| {
+            let between = if n > 1 { 2.0 * (moved(i) - mean).norm() } else { 0.0 };
+            let to_walls = if walls { moved(i).norm() } else { 0.0 };
+            between.max(to_walls) / allowed
+        }))
     }
 
     /// Takes the last iterate as the new state, then exchange, impacts, books.
     fn accept(&mut self, attempt: &Attempt) -> Result<(), RunError> {
         let dt = attempt.dt;
-        self.time += dt;
+        self.advance_time(dt);
         self.move_particles(dt);
         self.exchange_heat(dt);
         match self.model.kind {
@@ -94,12 +139,19 @@ impl Simulation {
         self.check_finite()
     }
 
+    /// t + dt, with what rounding takes kept for the next step (Kahan).
+    fn advance_time(&mut self, dt: f64) {
+        let step = dt + self.time_rest;
+        let next = self.time + step;
+        self.time_rest = step - (next - self.time);
+        self.time = next;
+    }
+
     /// r' and v' of the accepted iterate; a' for the next step; wraps into the periodic box.
     fn move_particles(&mut self, dt: f64) {
         let integrator = &self.model.integrator;
         let (new, old) = (dt * integrator.velocity_new, dt * integrator.velocity_old);
         let mass = &self.particles.mass;
-        self.previous_velocity.copy_from(&self.state.velocity);
         let (field, contacts) = (self.stagger.field_force.axes(), self.stagger.contact_force.axes());
         let axes = self.state.velocity.axes_mut().into_iter().zip(self.acceleration.axes_mut());
         for (axis, (v, a)) in axes.enumerate() {
@@ -165,6 +217,7 @@ impl Simulation {
         if self.touches.is_empty() {
             return;
         }
+        self.touches_known = true;
         let mut bodies = Bodies {
             particles: &self.particles,
             domain: &self.model.domain,
@@ -179,12 +232,9 @@ impl Simulation {
         self.diagnostics.contacts = resolution.contacts;
         self.diagnostics.resting = resolution.resting;
         self.diagnostics.rounds = resolution.rounds;
-        self.totals.resting_loss += resolution.resting_loss;
-        for k in 0..3 {
-            self.totals.outside_impulse[k] += resolution.wall_impulse[k];
-        }
+        let speed = law.rest_speed;
+        self.book_resting(&resolution);
         if resolution.resting > 0 {
-            let speed = law.rest_speed;
             self.notice_once(
                 OnceNotice::Resting,
                 Level::Info,
@@ -195,6 +245,13 @@ impl Simulation {
             );
         }
         self.book_impacts();
+    }
+
+    fn book_resting(&mut self, resolution: &Resolution) {
+        self.totals.resting_loss += resolution.resting_loss;
+        for k in 0..3 {
+            self.totals.outside_impulse[k] += resolution.wall_impulse[k];
+        }
     }
 
     fn book_impacts(&mut self) {
@@ -251,14 +308,14 @@ impl Simulation {
             [.., before, last] if *before > 0.0 => last / before,
             _ => f64::NAN,
         };
-        diagnostics.local_error = attempt.local_error.map(|error| error * self.tolerance);
+        diagnostics.local_error = attempt.local_error.map(|error| error.size * self.tolerance);
         diagnostics.pairs_evaluated = self.stagger.pairs_evaluated;
         self.counters.steps += 1;
         self.counters.iterations += diagnostics.iterations();
         self.counters.rejected_steps += diagnostics.rejected.len() as u64;
         self.counters.impacts += self.impacts.len() as u64;
         self.counters.pair_evaluations += diagnostics.pairs_evaluated;
-        if self.control.fixed && attempt.travel.is_some_and(|travel| travel > 1.0) {
+        if self.control.fixed && attempt.travel.is_some_and(|travel| travel.size > 1.0) {
             self.notice_once(
                 OnceNotice::Travel,
                 Level::Warning,
@@ -272,22 +329,27 @@ impl Simulation {
     }
 
     /// Notes a rejected attempt, and gives the next step or gives up.
-    fn reject(&mut self, cause: RejectionCause, dt: f64, retry_dt: f64) -> Result<f64, RunError> {
-        let sweeps = &self.stagger.sweeps;
-        let violation = sweeps.violation;
+    fn reject(&mut self, cause: RejectionCause, attempt: &Attempt, retry_dt: f64) -> Result<f64, RunError> {
+        let (dt, sweeps) = (attempt.dt, &self.stagger.sweeps);
+        let blamed = match cause {
+            RejectionCause::LocalError => attempt.local_error,
+            RejectionCause::Travel => attempt.travel,
+            RejectionCause::NotConverged | RejectionCause::NotFinite => None,
+        };
+        let violation = blamed.map_or(sweeps.violation, |worst| worst.size);
         self.diagnostics.rejected.push(RejectedAttempt {
             dt,
             cause,
             iterations: sweeps.iterations() as u64,
             violation,
-            particle: sweeps.worst,
+            particle: blamed.map_or(sweeps.worst, |worst| worst.particle),
         });
         let attempts = self.diagnostics.rejected.len() as u64;
         let too_small = retry_dt < self.control.min;
         if !self.control.fixed && !too_small && attempts < MAX_ATTEMPTS {
             return Ok(retry_dt);
         }
-        let particles = self.stagger.most_moved();
+        let particles = blamed.map_or_else(|| self.stagger.most_moved(), |worst| vec![worst.particle]);
         let advice = self.advice(cause);
         let time = self.time;
         Err(if too_small && !self.control.fixed {
@@ -301,16 +363,22 @@ impl Simulation {
         let fixed = if self.control.fixed { "a smaller solver.step.fixed or an adaptive step, " } else { "" };
         let rest = match cause {
             RejectionCause::NotConverged => "a larger solver.tolerance or solver.max_iterations, or weaker forces",
-            RejectionCause::LocalError => "a larger solver.tolerance.position or a smaller solver.step.min",
+            RejectionCause::LocalError => {
+                "a contact section or a repulsion that keeps particles apart, a larger solver.tolerance.position, or a \
+                 smaller solver.step.min"
+            }
             RejectionCause::NotFinite => {
                 "particles farther apart at the start, a contact section, or a repulsion that keeps them apart"
             }
-            RejectionCause::Travel => "a smaller solver.step.min",
+            RejectionCause::Travel => "a smaller solver.step.initial and solver.step.min",
         };
         format!("try {fixed}{rest}")
     }
 
-    fn check_finite(&self) -> Result<(), RunError> {
+    /// Notes how much momentum there is; where that is no number, says whose.
+    fn check_finite(&mut self) -> Result<(), RunError> {
+        let momentum = self.momentum_size();
+        self.counters.largest_momentum = self.counters.largest_momentum.max(momentum);
         let bad = |columns: &Columns| {
             (0..columns.len())
                 .find_map(|i| columns.get(i).iter().copied().find(|x| !x.is_finite()).map(|value| (i as u32, value)))

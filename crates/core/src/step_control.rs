@@ -45,10 +45,32 @@ pub struct Attempt {
     pub dt: f64,
     /// How the iteration ended.
     pub verdict: Verdict,
-    /// Local discretisation error over the position tolerance [-]; `None` in `paper`.
-    pub local_error: Option<f64>,
-    /// Largest approach of any pair over what contacts allow [-]; `None` without contacts or in `paper`.
-    pub travel: Option<f64>,
+    /// Local discretisation error over the position tolerance, and where it is largest; `None` in `paper`.
+    pub local_error: Option<Worst>,
+    /// Largest approach of any pair over what contacts allow, and of whom; `None` without contacts or in `paper`.
+    pub travel: Option<Worst>,
+}
+
+/// The largest of some quantity over the particles.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Worst {
+    /// How large [-].
+    pub size: f64,
+    /// Whose it is.
+    pub particle: u32,
+}
+
+impl Worst {
+    /// The largest of values for particles 0, 1, ..; a NaN is larger than any number.
+    pub fn of(values: impl Iterator<Item = f64>) -> Self {
+        let mut worst = Self::default();
+        for (i, size) in values.enumerate() {
+            if size > worst.size || size.is_nan() {
+                worst = Self { size, particle: i as u32 };
+            }
+        }
+        worst
+    }
 }
 
 /// Decides on attempts.
@@ -108,16 +130,13 @@ impl StepControl {
         let next_dt = match self.model {
             ModelKind::Paper => self.scaling * dt,
             ModelKind::Consistent => {
-                let local = self.error_scaling(attempt.local_error.unwrap_or(0.0));
-                let travel = attempt.travel.map_or(GROWTH, |travel| (SAFETY / travel).min(GROWTH));
-                if attempt.local_error.is_some_and(|error| error > 1.0) {
+                let local = self.error_scaling(attempt.local_error.map_or(0.0, |error| error.size));
+                let travel = attempt.travel.map_or(GROWTH, |travel| (SAFETY / travel.size).min(GROWTH));
+                if attempt.local_error.is_some_and(|error| error.size > 1.0) {
                     return Decision::Reject { cause: RejectionCause::LocalError, retry_dt: local.min(0.9) * dt };
                 }
-                if attempt.travel.is_some_and(|travel| travel > 1.0) {
-                    return Decision::Reject {
-                        cause: RejectionCause::Travel,
-                        retry_dt: (SAFETY / travel).clamp(SHRINKAGE, 0.9) * dt,
-                    };
+                if travel < SAFETY {
+                    return Decision::Reject { cause: RejectionCause::Travel, retry_dt: travel.clamp(0.01, 0.9) * dt };
                 }
                 let iteration = if sweeps.iterations() == 1 { GROWTH } else { self.scaling };
                 local.min(travel).min(iteration).max(SHRINKAGE) * dt

@@ -27,4 +27,4 @@ pub mod size;
 pub use error::RecordError;
 pub use recorder::{Options, Recorded, Recorder};
 pub use run::BuildInfo;
-pub use size::{SizeEstimate, estimate};
+pub use size::{SizeEstimate, estimate, least};

@@ -1,6 +1,6 @@
 //! How large a log will be.
 
-use agglo_core::scene::{Compression, Precision, Scene};
+use agglo_core::scene::{Compression, ParticleSource, Precision, Record, Scene};
 
 use crate::channels::Effects;
 use crate::cloud::CloudWriter;
@@ -10,6 +10,10 @@ const HEAD: f64 = 31.0;
 
 /// Entry of a message in the index behind its chunk [bytes].
 const INDEX: f64 = 16.0;
+
+/// What compression leaves of the numbers of a cloud that keeps moving: with steps so small that only the last bytes of
+/// its positions change, a tenth [-].
+const MOVING: f64 = 0.1;
 
 /// An estimate of a log's size, without impacts and rejected attempts, whose numbers only a run can tell.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -66,11 +70,7 @@ pub fn estimate(scene: &Scene, particles: usize, steps: u64) -> SizeEstimate {
     // Layout, schemas and the index of chunks; the scene; ids, radii, masses.
     let fixed = 26_000.0 + scene.to_json().len() as f64 + n * 24.0 * number;
 
-    let frames = match (record.every_steps, record.interval) {
-        (_, Some(interval)) => ((scene.duration / interval).ceil() as u64).min(steps),
-        (every, None) => steps / every.unwrap_or(1).max(1),
-    }
-    .saturating_add(2);
+    let frames = frames(record, scene.duration, steps).saturating_add(2);
     let markers = (scene.duration * record.time_scale * record.markers).ceil().min(frames as f64);
     let checkpoints = (steps / record.checkpoint_every.max(1) + 2) as f64;
     let total = fixed
@@ -79,4 +79,40 @@ pub fn estimate(scene: &Scene, particles: usize, steps: u64) -> SizeEstimate {
         + per_marker * markers
         + per_checkpoint * checkpoints;
     SizeEstimate { per_step, per_frame, per_marker, per_checkpoint, fixed, steps, frames, total: total.ceil() as u64 }
+}
+
+/// Bytes that the log of a scene of `particles` particles takes at the very least in no fewer than `steps` accepted
+/// steps.
+///
+/// Compression leaves next to nothing of states that repeat, so of most scenes only the index is certain; a cloud that
+/// is thrown at random and that no wall stops cannot come to rest.
+#[must_use]
+pub fn least(scene: &Scene, particles: usize, steps: u64) -> u64 {
+    /// Schemas, layout and the end of a log, a good part smaller than they are [bytes].
+    const FIXED: f64 = 12_000.0;
+    let effects = Effects::new(scene, particles);
+    let thrown = match &scene.particles {
+        ParticleSource::RandomCube(cube) => cube.velocity_spread.iter().all(|spread| *spread > 0.0),
+        _ => false,
+    };
+    let walls = scene.domain.as_ref().is_some_and(|domain| !domain.walls.is_empty());
+    let left = match scene.record.compression {
+        Compression::None => 1.0,
+        _ if thrown && !walls => MOVING,
+        _ => 0.0,
+    };
+    let state = particles as f64 * CloudWriter::new(&effects).stride() as f64;
+    // A state comes with its energies, and with its clusters where they are counted.
+    let messages = if effects.clusters { 3.0 } else { 2.0 };
+    let per_frame = messages * INDEX + state * left;
+    let frames = frames(&scene.record, scene.duration, steps).saturating_sub(1);
+    (FIXED + scene.to_json().len() as f64 + INDEX * steps as f64 + per_frame * frames as f64) as u64
+}
+
+/// Recorded states in so many steps, those at both ends apart.
+fn frames(record: &Record, duration: f64, steps: u64) -> u64 {
+    match (record.every_steps, record.interval) {
+        (_, Some(interval)) => ((duration / interval).ceil() as u64).min(steps),
+        (every, None) => steps / every.unwrap_or(1).max(1),
+    }
 }

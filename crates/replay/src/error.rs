@@ -17,6 +17,15 @@ impl std::fmt::Display for Damage {
     }
 }
 
+/// No state at or before a time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NoState {
+    /// The time that was asked for [s].
+    pub time: f64,
+    /// The time of the first recorded state [s]; `None` where no state is recorded.
+    pub first: Option<f64>,
+}
+
 /// A log that cannot be read, or not in full.
 #[derive(Debug)]
 pub enum LogError {
@@ -30,8 +39,8 @@ pub enum LogError {
     Version(String),
     /// A part is lost. Reading may go on behind it.
     Damaged(Damage),
-    /// The log holds no state at or before the time that was asked for [s].
-    NoState(f64),
+    /// The log holds no state at or before the time that was asked for.
+    NoState(NoState),
     /// The scene in the log does not parse; it was written by another version.
     Scene(Vec<Problem>),
 }
@@ -52,7 +61,10 @@ impl std::fmt::Display for LogError {
             Self::Foreign(why) => write!(f, "an MCAP file, but not a log of agglo: {why}"),
             Self::Version(why) => f.write_str(why),
             Self::Damaged(damage) => write!(f, "damaged at {damage}"),
-            Self::NoState(t) => write!(f, "no state is recorded at or before t = {t} s"),
+            Self::NoState(NoState { time, first: Some(first) }) => {
+                write!(f, "t = {time} s is before the first recorded state at {first} s")
+            }
+            Self::NoState(NoState { time: _, first: None }) => f.write_str("no state is recorded"),
             Self::Scene(problems) => {
                 f.write_str("the scene in the log is not one that this version reads")?;
                 problems.iter().try_for_each(|problem| write!(f, "\n{problem}"))

@@ -29,7 +29,7 @@ mod summary;
 
 pub use agglo_record::cloud::Frame;
 pub use agglo_record::run::RunInfo;
-pub use error::{Damage, LogError};
+pub use error::{Damage, LogError, NoState};
 pub use info::{ChannelInfo, Checked, Info};
 pub use log::Log;
 pub use messages::{Entry, Message, Messages};

@@ -12,8 +12,12 @@ use agglo_record::run::{self, RunInfo, Unreadable, log_time};
 use mcap::records::{Record, op};
 
 use crate::container::Container;
-use crate::error::{Damage, LogError};
+use crate::error::{Damage, LogError, NoState};
 use crate::messages::{Channels, Message, Messages, topic_of};
+
+/// Times that differ by less than this part of them are the same: a step's end adds up to 0.3000000000000001 s where
+/// people write 0.3 [-].
+const SAME_TIME: f64 = 1e-9;
 
 /// A log that can be read.
 pub struct Log<R> {
@@ -161,22 +165,40 @@ impl<R: Read + Seek> Log<R> {
         Err(LogError::Damaged(Damage { offset: self.size(), what: "the particles are not in the log".to_owned() }))
     }
 
-    /// The last recorded state at or before a time [s].
+    /// The last recorded state at or before a time [s], which may be off by a part in 1e9.
     ///
     /// # Errors
     /// [`LogError::NoState`] before the first one; damage in the part of the log where the state must be, or where a
     /// later one could have been.
     pub fn frame_at(&mut self, t: f64) -> Result<Frame, LogError> {
-        let latest = log_time(t, self.run.time_scale);
+        self.frame_near(t).map(|(frame, _)| frame)
+    }
+
+    /// As [`Log::frame_at`], and whether the log ends with that state and before the time.
+    pub(crate) fn frame_near(&mut self, t: f64) -> Result<(Frame, bool), LogError> {
+        let slack = SAME_TIME * t.abs();
+        let latest = log_time(t + slack, self.run.time_scale);
         // Rounding keeps the order of times, so no state up to t is in a chunk that begins later.
         let end = self.container.chunks.partition_point(|chunk| chunk.start <= latest);
-        let (frame, is_last) = self.last_frame_in(end, t)?;
+        let (frame, is_last) = match self.last_frame_in(end, t + slack) {
+            Err(LogError::NoState(_)) => return Err(LogError::NoState(NoState { time: t, first: self.first_time()? })),
+            other => other?,
+        };
+        let beyond = is_last && frame.t < t - slack && end == self.container.chunks.len();
         match self.container.damage.first() {
-            Some(damage) if is_last && frame.t < t && end == self.container.chunks.len() => {
-                Err(LogError::Damaged(damage.clone()))
-            }
-            _ => Ok(frame),
+            Some(damage) if beyond => Err(LogError::Damaged(damage.clone())),
+            _ => Ok((frame, beyond)),
         }
+    }
+
+    /// The time of the first recorded state [s].
+    fn first_time(&mut self) -> Result<Option<f64>, LogError> {
+        for entry in self.messages().only(&[Topic::Particles]) {
+            if let Message::Particles(frame) = entry?.message {
+                return Ok(Some(frame.t));
+            }
+        }
+        Ok(None)
     }
 
     /// The last recorded state; of a log that was cut off the last whole one, see [`Log::damage`].
@@ -203,6 +225,6 @@ impl<R: Read + Seek> Log<R> {
                 return Ok((frame, is_last));
             }
         }
-        Err(LogError::NoState(t))
+        Err(LogError::NoState(NoState { time: t, first: None }))
     }
 }

@@ -66,10 +66,9 @@ fn counts(results: &Results, binding: Binding) -> String {
         let runs = results.table(binding, kappa);
         let (steps, iterations) = printed(binding, kappa);
         let mut row = vec![format!("{kappa}")];
-        let counts: [(u64, fn(&Run) -> u64); 2] =
-            [(steps, |run| run.counters.steps), (iterations, |run| run.counters.iterations)];
-        for (printed, count) in counts {
-            let values: Vec<f64> = runs.iter().map(|run| count(run) as f64).collect();
+        let ours = |count: fn(&Run) -> u64| -> Vec<f64> { runs.iter().map(|run| count(run) as f64).collect() };
+        let counts = [(steps, ours(|run| run.counters.steps)), (iterations, ours(|run| run.counters.iterations))];
+        for (printed, values) in counts {
             let first = values.first().map_or_else(String::new, ToString::to_string);
             row.extend([printed.to_string(), first, median(&values).to_string(), show_range(&values)]);
         }

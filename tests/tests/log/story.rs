@@ -183,6 +183,7 @@ impl Kind {
         let due = step.is_multiple_of(4);
         let checkpoint = due.then(|| Checkpoint {
             time,
+            time_rest: -1e-17,
             step,
             next_dt: 1.1e-3,
             state: state.clone(),
@@ -199,6 +200,7 @@ impl Kind {
                 pair_evaluations: u64::MAX,
                 intervals: 4,
                 max_overlap: 1e-12,
+                largest_momentum: 2.5,
             },
             notices_given: 1 << 63,
         });

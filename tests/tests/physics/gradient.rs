@@ -280,7 +280,7 @@ fn a_cloud_in_a_partly_periodic_box_has_the_gradient_of_its_energy() {
             let cell = [k % 4, (k / 4) % 4, k / 16].map(f64::from);
             let jitter = random.vector(-0.15, 0.15);
             let position: Vec<f64> = (0..3).map(|a| 0.5 * cell[a] + 0.25 + jitter[a]).collect();
-            let charge = if k % 2 == 0 { 0.5 } else { -0.7 };
+            let charge = if k.is_multiple_of(2) { 0.5 } else { -0.7 };
             json!({ "position": position, "radius": 0.04 + 0.01 * f64::from(k % 3),
                     "mass": 1.0 + f64::from(k % 5), "charge": charge })
         })

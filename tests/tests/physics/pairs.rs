@@ -22,7 +22,7 @@ fn cloud_of(n: usize, size: [f64; 3], changes: &[(&str, Value)]) -> Scene {
             let position: Vec<f64> = (0..3)
                 .map(|a| size[a] / cells[a] as f64 * (site[a] as f64 + 0.5 + random.between(-0.4, 0.4)))
                 .collect();
-            let charge = random.between(0.5, 1.5) * if k % 3 == 0 { -1.0 } else { 1.0 };
+            let charge = random.between(0.5, 1.5) * if k.is_multiple_of(3) { -1.0 } else { 1.0 };
             json!({ "position": position, "radius": spacing * random.between(0.05, 0.09),
                     "mass": random.between(0.5, 2.0), "charge": charge })
         })

@@ -106,13 +106,11 @@ impl<'a> Report<'a> {
         };
         row("run", format!("{steps}{fewest}"));
         row("channels", self.channels.join(" "));
-        let (least, expected) = (expectation.least.total, expectation.expected.total);
-        let range = if least < expected {
-            format!("{} to {}", size::human(least), size::human(expected))
-        } else {
-            size::human(expected)
-        };
-        row("log", format!("about {range}, {} a recorded step", size::human(expectation.expected.per_frame as u64)));
+        let (fewest, expected) = (size::human(expectation.fewest.total), size::human(expectation.expected.total));
+        let range = if fewest == expected { expected } else { format!("{fewest} to {expected}") };
+        let state = size::human(expectation.expected.per_frame as u64);
+        let least = size::human(expectation.least_log);
+        row("log", format!("about {range}, {state} a recorded step; where numbers repeat less, down to {least}"));
         text
     }
 
@@ -167,7 +165,7 @@ impl<'a> Report<'a> {
             "step": { "initial": initial, "max": max, "min": min, "suggested": self.step.seconds,
                       "limit": self.step.limit.to_string() },
             "steps": self.expectation.steps, "fewest_steps": self.expectation.fewest_steps, "channels": self.channels,
-            "log_bytes": self.expectation.expected.total, "least_log_bytes": self.expectation.least.total,
+            "log_bytes": self.expectation.expected.total, "least_log_bytes": self.expectation.least_log,
             "log_bytes_per_record": self.expectation.expected.per_frame,
             "warnings": self.survey.warnings(self.scene),
         })

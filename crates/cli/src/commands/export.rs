@@ -2,7 +2,7 @@
 
 use std::io::BufWriter;
 
-use agglo_replay::csv::{self, ExportError};
+use agglo_replay::csv::{self, At, ExportError};
 
 use crate::args::{ExportArgs, ExportFormat};
 use crate::failure::{CommandResult, Failure, Success};
@@ -35,6 +35,10 @@ pub fn export(args: &ExportArgs, terminal: &Terminal) -> CommandResult {
     output.finish()?;
     let (states, rows) = (counted(exported.frames, "state"), counted(exported.rows, "row"));
     terminal.detail(format!("wrote {states} in {rows} to {name}"));
+    if let (At::Time(time), Some(end)) = (args.at, exported.ends_before) {
+        let text = format!("{} ends at t = {end} s, before {time} s; that state was written", args.log.display());
+        terminal.note(text);
+    }
     // What was asked for may be whole in a log that is not.
     let damage = if exported.damage.is_empty() { log.damage() } else { &exported.damage };
     logs::warn(&args.log, damage, terminal);

@@ -29,7 +29,8 @@ pub fn man(args: &ManArgs, terminal: &Terminal) -> CommandResult {
 
 /// File names and contents.
 fn pages() -> io::Result<Vec<(String, Vec<u8>)>> {
-    let mut root = Cli::command();
+    // `agglo help` prints what the pages say.
+    let mut root = Cli::command().disable_help_subcommand(true);
     root.build();
     let mut pages = vec![("agglo.1".to_owned(), page(root.clone())?)];
     for command in root.get_subcommands() {

@@ -95,7 +95,7 @@ fn announce(
     terminal: &Terminal,
 ) -> Result<(), Failure> {
     let expectation = expect(&loaded.scene, simulation.particles());
-    let (expected, least) = (expectation.expected.total, expectation.least.total);
+    let (expected, least) = (expectation.expected.total, expectation.least_log);
     let name = output.name();
     let free = output.folder().and_then(|folder| fs4::available_space(folder).ok());
     let smaller = "record less often (`record.every_steps`), in f32 (`record.precision`), or run with --no-log";

@@ -56,7 +56,7 @@ fn outputs_that_cannot_be_written() {
     std::fs::create_dir(folder.path("folder")).unwrap();
     folder.agglo(&["run", "scene.json", "-o", "folder"]).code(2).says(&["folder: it is a folder"]);
     folder.agglo(&["run", "scene.json", "-o", "folder", "--overwrite"]).code(2);
-    folder.agglo(&["run", "scene.json", "-o", "nowhere/x.mcap"]).code(2).says(&["cannot write nowhere/x.mcap"]);
+    folder.agglo(&["run", "scene.json", "-o", "nowhere/x.mcap"]).code(2).says(&["the folder nowhere does not exist"]);
     folder.agglo(&["run", "scene.json", "-o", "scene.json/x.mcap"]).code(2).says(&["cannot write scene.json/x.mcap"]);
     folder.agglo(&["run", "scene.json", "--summary", "nowhere/s.json"]).code(2);
     folder.agglo(&["run", "scene.json", "-o", "-", "--summary", "-"]).code(2).says(&["both", "standard output"]);

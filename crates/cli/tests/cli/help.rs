@@ -57,7 +57,7 @@ fn wrong_usage_is_exit_2() {
         &["run", "scene.json", "--threads", "100000"],
         &["run", "scene.json", "--max-log", "7 parsec"],
         &["check", "scene.json", "--set", "no-equals-sign"],
-        &["export", "x.mcap", "--format", "csv", "--at", "-1", "-o", "-"],
+        &["export", "x.mcap", "--format", "csv", "--at", "later", "-o", "-"],
         &["export", "x.mcap", "--format", "docx", "-o", "-"],
         &["schema", "everything"],
         &["init", "-o", "x.json"],
@@ -104,4 +104,12 @@ fn schemas_are_what_the_repository_holds() {
     for name in ["ParticleStatic", "StepDiagnostics", "EnergyLedger", "Clusters", "Impacts", "Checkpoint"] {
         assert!(messages.text().contains(&format!("message {name} {{")), "{name}");
     }
+}
+
+#[test]
+fn help_is_a_command_too() {
+    let folder = Folder::new();
+    assert_eq!(folder.agglo(&["help"]).code(0).text(), folder.agglo(&["--help"]).code(0).text());
+    assert_eq!(folder.agglo(&["help", "run"]).code(0).text(), folder.agglo(&["run", "--help"]).code(0).text());
+    folder.agglo(&["help", "fly"]).code(2);
 }

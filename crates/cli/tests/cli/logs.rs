@@ -83,3 +83,27 @@ fn a_time_behind_the_last_state_is_the_last_state() {
         |at: &str| folder.agglo(&["export", "scene.mcap", "--format", "csv", "--at", at, "-o", "-"]).code(0).stdout;
     assert_eq!(at("1e9"), at("end"));
 }
+
+#[test]
+fn times_are_met_to_a_part_in_a_billion() {
+    let folder = recorded(PAIR);
+    let export = |at: &str| folder.agglo(&["export", "scene.mcap", "--format", "csv", "--at", at, "-o", "-"]);
+    for step in [3, 6, 7, 12, 119] {
+        // Steps add up to 0.007000000000000001 and the like, which nobody types.
+        let text = export(&format!("{}", f64::from(step) / 1000.0)).code(0);
+        assert_eq!(text.text().lines().nth(1).unwrap().split(',').nth(1), Some(step.to_string().as_str()));
+    }
+    assert!(export("0.2").code(0).stderr.is_empty());
+    export("0.3").code(0).says(&["note: scene.mcap ends at t = 0.2", "before 0.3 s"]);
+    export("-1").code(2).says(&["t = -1 s is before the first recorded state at 0 s"]);
+}
+
+#[test]
+fn what_a_killed_run_left_is_pointed_at() {
+    let folder = Folder::new();
+    folder.write("scene.aB3x.mcap.part", "");
+    folder.write("scenery.aB3x.mcap.part", "");
+    folder.agglo(&["info", "scene.mcap"]).code(2).says(&["agglo info scene.aB3x.mcap.part"]);
+    let ran = folder.agglo(&["info", "other.mcap"]).code(2);
+    assert!(!ran.stderr.contains(".part"), "{}", ran.stderr);
+}

@@ -152,3 +152,32 @@ fn what_a_scene_lacks_is_not_mentioned() {
         assert!(!check.text().contains(absent), "{absent} is in: {}", check.text());
     }
 }
+
+#[test]
+fn settings_that_are_nearly_right_say_what_was_meant() {
+    let folder = Folder::with(PAIR);
+    let check = |set: &str| folder.agglo(&["check", "scene.json", "--set", set]);
+    check("solver.step.fixd=2").code(2).says(&["did you mean \"fixed\"?"]);
+    check("durtion=2").code(2).says(&["did you mean \"duration\"?"]);
+    check("durtion=null").code(2).says(&["no key \"durtion\" to remove", "did you mean \"duration\"?"]);
+    check("duration=null").code(2).says(&["lacks the key \"duration\""]);
+    let json = folder.agglo(&["check", "scene.json", "--json", "--set", "near_field=null"]).code(0).json();
+    assert_eq!(json["terms"].get("near_field"), None, "{json}");
+}
+
+#[test]
+fn hints_show_what_to_write() {
+    let particles = "\"particles\": { \"list\": [ { \"position\": [0, 0, 0], \"radius\": 1, \"mass\": 1 } ] }";
+    let folder = Folder::new();
+    for (scene, hint) in [
+        (format!("{particles}, \"external\": {{ \"gravity\": 9.81 }}"), "write [0, 0, -9.81]"),
+        (format!("{particles}, \"domain\": {{ \"periodic\": 1 }}"), "write [1, 1, 1]"),
+        ("\"particles\": [ { \"radius\": 1 } ]".to_owned(), "write { \"list\": [..] }"),
+        ("\"particles\": { \"file\": \"p.csv\" }".to_owned(), "write { \"path\": \"p.csv\" }"),
+        (format!("{particles}, \"seed\": NaN"), "NaN and Infinity are not JSON; give a number"),
+        (format!("{particles}, \"seed\": -Infinity"), "NaN and Infinity are not JSON; give a number"),
+    ] {
+        folder.write("scene.json", format!("{{ \"duration\": 1, {scene} }}"));
+        folder.agglo(&["check", "scene.json"]).code(2).says(&[hint]);
+    }
+}

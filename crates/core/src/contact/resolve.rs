@@ -1,9 +1,15 @@
 //! Impacts in `consistent`: instantaneous, at the end of a step, pair after pair in rounds.
 //!
 //! Every pair that touches and approaches faster than the rest speed gets the impulse P = m_eff (1 + e) u and its
-//! friction; rounds repeat until none does. What still approaches is taken as resting: e = 0, no heat, until nothing
-//! approaches. The rest speed is the scene's, or twice the approach that the fields add in the step where that is more:
-//! a pair pressed together by a field would otherwise hit, and heat, anew at every step. Every impulse is a two-body impact with e <= 1, so kinetic energy never grows.
+//! friction; rounds repeat until none does. What still approaches is taken as resting: plastic, no heat, until nothing
+//! approaches. Every impulse is a two-body impact with e <= 1, so kinetic energy never grows.
+//!
+//! The rest speed is the scene's, or twice the approach d dt that the fields add in the step where that is more (d the
+//! acceleration that presses the pair together): such a pair would otherwise hit, and heat, anew at every step.
+//!
+//! A pressed contact would sink by d dt^2/2 in the next step. So each step begins with [`lift`]: impulses that are plastic
+//! in u + p d dt, the mean approach during that step (p the integrator's weight of a constant acceleration). What rests
+//! stays where it is and carries the force m d; the energy lent at the start of a step comes back at its end.
 
 use super::friction::tangential;
 use super::{ContactLaw, Touch};
@@ -40,6 +46,8 @@ struct Contact {
     touch: Touch,
     normal: Vector3<f64>,
     effective_mass: f64,
+    /// Acceleration by which the fields press the two together, d [m/s^2]; negative where they pull them apart.
+    pressing: f64,
     rest_speed: f64,
     rests: bool,
 }
@@ -59,7 +67,7 @@ pub struct Bodies<'a> {
     pub temperature: Option<&'a mut Vec<f64>>,
     /// Accelerations by fields [m/s^2]; empty where there are none.
     pub acceleration: &'a Columns,
-    /// The step that ends [s].
+    /// The step that ends, or begins [s].
     pub dt: f64,
     /// Heat capacity [J/(kg K)]; without meaning where there are no temperatures.
     pub heat_capacity: f64,
@@ -73,20 +81,19 @@ pub fn resolve(
     bodies: &mut Bodies<'_>,
     impacts: &mut Vec<Impact>,
 ) -> Resolution {
-    let mut contacts: Vec<Contact> = touches
-        .iter()
-        .map(|&touch| Contact::new(touch, law, bodies))
-        .filter(|contact| contact.normal.iter().all(|x| x.is_finite()))
-        .collect();
+    let mut contacts = contacts_of(law, touches, bodies);
     let mut result = Resolution {
         contacts: contacts.iter().filter(|contact| contact.approach(bodies) > 0.0).count() as u64,
         ..Resolution::default()
     };
+    let fastest = contacts.iter().map(|contact| contact.approach(bodies)).fold(0.0, f64::max);
+    // Without a floor, plastic impacts in a dense cloud would be reported down to round-off.
+    let still = |contact: &Contact| AT_REST * contact.rest_speed.max(fastest);
     while result.rounds < MAX_ROUNDS {
         let mut any = false;
         for contact in &contacts {
             let u = contact.approach(bodies);
-            if u > contact.rest_speed {
+            if u > contact.rest_speed.max(still(contact)) {
                 any = true;
                 let impact = contact.impact(law, u, time, bodies);
                 contact.book_wall(&impact, &mut result);
@@ -98,15 +105,48 @@ pub fn resolve(
         }
         result.rounds += 1;
     }
+    rest(law, &mut contacts, 0.0, time, bodies, &mut result);
+    result
+}
+
+/// Impulses at the start of a step that keep pressed contacts from sinking in it; `weight` is the integrator's weight of a
+/// constant acceleration in the position.
+pub fn lift(law: &ContactLaw, touches: &[Touch], weight: f64, time: f64, bodies: &mut Bodies<'_>) -> Resolution {
+    let mut contacts = contacts_of(law, touches, bodies);
+    let mut result = Resolution::default();
+    rest(law, &mut contacts, weight * bodies.dt, time, bodies, &mut result);
+    result
+}
+
+fn contacts_of(law: &ContactLaw, touches: &[Touch], bodies: &Bodies<'_>) -> Vec<Contact> {
+    touches
+        .iter()
+        .map(|&touch| Contact::new(touch, law, bodies))
+        .filter(|contact| contact.normal.iter().all(|x| x.is_finite()))
+        .collect()
+}
+
+/// Plastic impulses until u + ahead d <= 0 at every contact.
+fn rest(
+    law: &ContactLaw,
+    contacts: &mut [Contact],
+    ahead: f64,
+    time: f64,
+    bodies: &mut Bodies<'_>,
+    result: &mut Resolution,
+) {
+    let mean = |contact: &Contact, bodies: &Bodies<'_>| contact.approach(bodies) + ahead * contact.pressing;
+    let fastest = contacts.iter().map(|contact| mean(contact, bodies)).fold(0.0, f64::max);
     for _ in 0..MAX_PASSES {
         let mut done = true;
-        for contact in &mut contacts {
-            let u = contact.approach(bodies);
-            if u > 0.0 {
+        for contact in &mut *contacts {
+            let mean = mean(contact, bodies);
+            if mean > 0.0 {
                 contact.rests = true;
-                done &= u <= AT_REST * contact.rest_speed;
-                let rest = contact.collide(law, u, 0.0, time, bodies);
-                contact.book_wall(&rest, &mut result);
+                done &= mean <= AT_REST * contact.rest_speed.max(fastest);
+                let u = contact.approach(bodies);
+                let rest = contact.collide(law, (u, mean), time, bodies);
+                contact.book_wall(&rest, result);
                 result.resting_loss += rest.normal_loss() + rest.friction_loss();
             }
         }
@@ -115,22 +155,22 @@ pub fn resolve(
         }
     }
     result.resting = contacts.iter().filter(|contact| contact.rests).count() as u64;
-    result
 }
 
 impl Contact {
     fn new(touch: Touch, law: &ContactLaw, bodies: &Bodies<'_>) -> Self {
         let normal = touch.geometry(bodies.position, bodies.particles, bodies.domain).0;
-        let pressed = if bodies.acceleration.is_empty() {
+        let pressing = if bodies.acceleration.is_empty() {
             0.0
         } else {
-            bodies.dt * touch.relative_velocity(bodies.acceleration).dot(&normal)
+            touch.relative_velocity(bodies.acceleration).dot(&normal)
         };
         Self {
             touch,
             normal,
             effective_mass: touch.effective_mass(bodies.particles),
-            rest_speed: law.rest_speed.max(2.0 * pressed),
+            pressing,
+            rest_speed: law.rest_speed.max(2.0 * bodies.dt * pressing),
             rests: false,
         }
     }
@@ -148,7 +188,8 @@ impl Contact {
     /// An impact at approach speed u: restitution (35), friction (33), reaction heat (39).
     fn impact(&self, law: &ContactLaw, u: f64, time: f64, bodies: &mut Bodies<'_>) -> Impact {
         let e = law.restitution.at(u, self.touch.temperature(bodies.temperature.as_deref().map(Vec::as_slice)));
-        let mut impact = self.collide(law, u, e, time, bodies);
+        let mut impact = self.collide(law, (u, (1.0 + e) * u), time, bodies);
+        impact.restitution = e;
         if let (Some(reaction), Some(temperature)) = (&law.reaction, bodies.temperature.as_deref_mut()) {
             // The duration only turns the impulse into the mean force of the reaction law.
             let force = impact.normal_impulse / law.duration(0.0);
@@ -160,11 +201,11 @@ impl Contact {
         impact
     }
 
-    /// The mechanics of an impact with restitution e; changes velocities.
-    fn collide(&self, law: &ContactLaw, u: f64, e: f64, time: f64, bodies: &mut Bodies<'_>) -> Impact {
+    /// The mechanics of an impact at approach u that changes the approach by `change`; changes velocities.
+    fn collide(&self, law: &ContactLaw, (u, change): (f64, f64), time: f64, bodies: &mut Bodies<'_>) -> Impact {
         let n = self.normal;
         let before = self.touch.relative_velocity(bodies.velocity);
-        let normal_impulse = self.effective_mass * (1.0 + e) * u;
+        let normal_impulse = self.effective_mass * change;
         let (tangential_impulse, slip) = match law.friction {
             Some(friction) => {
                 let (impulse, slip) = friction.impulse(-tangential(before, n) * self.effective_mass, normal_impulse);
@@ -183,7 +224,7 @@ impl Contact {
             gap_rate_after: -after.dot(&n),
             tangential_before: tangential(before, n).into(),
             tangential_after: tangential(after, n).into(),
-            restitution: e,
+            restitution: 0.0,
             normal_impulse,
             tangential_impulse: tangential_impulse.into(),
             slip,

@@ -105,6 +105,12 @@ impl<'a> Checker<'a> {
             Kind::Null => {
                 problem = problem.hint("leave the key out to do without it");
             }
+            Kind::Number(number) if resolve(self.root, schema).get("maxItems").and_then(Value::as_u64) == Some(3) => {
+                problem = problem.hint(format!("write {}", three(&subject(path), number)));
+            }
+            Kind::String(text) if has_property(self.root, schema, "path") => {
+                problem = problem.hint(format!("write {{ \"path\": {} }}", Value::String(text.clone())));
+            }
             _ => {}
         }
         self.problems.push(problem);
@@ -168,7 +174,7 @@ impl<'a> Checker<'a> {
             .filter_map(Value::as_str)
             .filter(|key| !members.iter().any(|m| m.key == *key))
             .collect();
-        // A key that is given was not the one meant by a misspelt one.
+        // A key that is given was hardly the one meant by a misspelt one: a last guess, for settings.
         let candidates: Vec<&str> =
             properties.keys().map(String::as_str).filter(|key| !members.iter().any(|m| m.key == *key)).collect();
         for member in members {
@@ -217,12 +223,17 @@ impl<'a> Checker<'a> {
             self.report(at, String::new());
             return None;
         }
+        let all: Vec<&str> = all.collect();
         let meant = nearest(&member.key, candidates);
         let elsewhere = homes(self.root, &member.key);
-        let hint = match (meant, elsewhere.as_slice()) {
-            (Some(meant), _) => format!("did you mean \"{meant}\"?"),
-            (None, [one]) => format!("\"{}\" is a key of {}", member.key, place(one)),
-            (None, _) => format!("the keys here are {}", list(all)),
+        let hint = match (meant, elsewhere.as_slice(), nearest(&member.key, &all)) {
+            (Some(meant), _, _) => format!("did you mean \"{meant}\"?"),
+            (None, [one], _) => format!("\"{}\" is a key of {}", member.key, place(one)),
+            (None, _, Some(given)) if matches!(member.key_origin, Origin::Setting(_)) => {
+                format!("did you mean \"{given}\"?")
+            }
+            (None, _, Some(given)) => format!("\"{given}\" is given already; leave one of them out"),
+            (None, _, None) => format!("the keys here are {}", list(all.into_iter())),
         };
         self.problems.push(Problem {
             span: key_span(member),
@@ -265,7 +276,12 @@ impl<'a> Checker<'a> {
         let Kind::Object(members) = &node.kind else {
             let message =
                 format!("{} must be an object with one of the keys {}", subject(path), list(keys.iter().copied()));
-            return self.report(path, format!("{message}, not {}", node.kind.describe()));
+            let problem = Problem::new(path.to_string(), format!("{message}, not {}", node.kind.describe()));
+            self.problems.push(match node.kind {
+                Kind::Array(_) if keys.contains(&"list") => problem.hint("write { \"list\": [..] }"),
+                _ => problem,
+            });
+            return;
         };
         self.duplicates(members, path);
         let mut given = Vec::new();
@@ -294,6 +310,20 @@ impl<'a> Checker<'a> {
             }
         }
     }
+}
+
+/// Three components in place of a number: gravity points down, a box has equal edges, and the rest points along x.
+fn three(key: &str, number: &Lexeme) -> String {
+    let text = &number.text;
+    match key {
+        "gravity" => format!("[0, 0, -{}]", text.trim_start_matches('-')),
+        "periodic" | "velocity_spread" => format!("[{text}, {text}, {text}]"),
+        _ => format!("three components, such as [{text}, 0, 0]"),
+    }
+}
+
+fn has_property(root: &Value, schema: &Value, key: &str) -> bool {
+    resolve(root, schema).get("properties").is_some_and(|properties| properties.get(key).is_some())
 }
 
 fn branches<'a>(schema: &'a Value, key: &str) -> Option<&'a [Value]> {

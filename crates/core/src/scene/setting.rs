@@ -4,6 +4,7 @@ use serde_json::Value;
 
 use super::Problem;
 use super::tree::{Kind, Member, Node, Origin, escape, tokens};
+use super::words::nearest;
 
 /// Deepest pointer of a setting; a scene has fewer levels.
 const MAX_DEPTH: usize = 32;
@@ -47,12 +48,16 @@ impl Setting {
         Ok(Self { pointer, value })
     }
 
-    /// Puts the value, which came with setting number `index`, into the tree; missing objects on the way are made.
+    /// Puts the value, which came with setting number `index`, into the tree; missing objects on the way are made. `null`
+    /// removes a key; only the elements of arrays have it as a value.
     pub(super) fn apply(&self, index: usize, root: &mut Node) -> Result<(), Problem> {
         let origin = Origin::Setting(index);
         let wrong = |what: String| Err(Problem::new(self.pointer.clone(), format!("{self}: {what}")));
         if !self.pointer.starts_with('/') || tokens(&self.pointer).count() > MAX_DEPTH {
             return wrong("this is not a JSON pointer of a scene".into());
+        }
+        if self.value == Value::Null && self.remove(root)? {
+            return Ok(());
         }
         let mut node = root;
         let mut walked = String::new();
@@ -89,6 +94,38 @@ impl Setting {
         }
         *node = Node::from_value(&self.value, &origin);
         Ok(())
+    }
+
+    /// Removes the key at the pointer; false where no object is to hold it, which is told as for any other value.
+    fn remove(&self, root: &mut Node) -> Result<bool, Problem> {
+        let mut tokens: Vec<String> = tokens(&self.pointer).collect();
+        let Some(key) = tokens.pop() else { return Ok(false) };
+        let mut node = root;
+        for token in tokens {
+            let next = match &mut node.kind {
+                Kind::Object(members) => members.iter_mut().find(|m| m.key == token).map(|m| &mut m.value),
+                Kind::Array(elements) => token.parse::<usize>().ok().and_then(|k| elements.get_mut(k)),
+                _ => return Ok(false),
+            };
+            match next {
+                Some(next) => node = next,
+                None => return Err(self.nothing_to_remove(&token, &[])),
+            }
+        }
+        let Kind::Object(members) = &mut node.kind else { return Ok(false) };
+        let keys: Vec<String> = members.iter().map(|m| m.key.clone()).collect();
+        members.retain(|m| m.key != key);
+        if members.len() < keys.len() { Ok(true) } else { Err(self.nothing_to_remove(&key, &keys)) }
+    }
+
+    /// Nothing there: rather a misspelt key than nothing to do.
+    fn nothing_to_remove(&self, key: &str, keys: &[String]) -> Problem {
+        let problem = Problem::new(self.pointer.clone(), format!("{self}: there is no key \"{key}\" to remove"));
+        let keys: Vec<&str> = keys.iter().map(String::as_str).collect();
+        match nearest(key, &keys) {
+            Some(meant) => problem.hint(format!("did you mean \"{meant}\"?")),
+            None => problem.hint("null removes a key of the scene"),
+        }
     }
 }
 
@@ -135,5 +172,24 @@ mod tests {
         for text in ["c.d=1", "a.2=1", "a.x=1"] {
             assert!(Setting::parse(text).unwrap().apply(9, &mut root).is_err(), "{text}");
         }
+    }
+
+    #[test]
+    fn null_removes_a_key_and_is_a_value_in_an_array() {
+        let mut root = parse(r#"{"a": [1, {"b": 2, "keep": 3}], "c": {"d": 4}, "e": 5}"#).unwrap();
+        for text in ["a.0=null", "a.1.b=null", "c.d=null", "e=null"] {
+            Setting::parse(text).unwrap().apply(0, &mut root).unwrap();
+        }
+        assert_eq!(root.to_value(), serde_json::json!({"a": [null, {"keep": 3}], "c": {}}));
+        for (text, says) in [
+            ("a.1.kep=null", "did you mean \"keep\"?"),
+            ("f=null", "no key \"f\""),
+            ("f.g=null", "no key \"f\""),
+            ("a.7=null", "elements are 0 to 1"),
+        ] {
+            let problem = Setting::parse(text).unwrap().apply(0, &mut root).unwrap_err().to_string();
+            assert!(problem.contains(says), "{text}: {problem}");
+        }
+        assert_eq!(root.to_value(), serde_json::json!({"a": [null, {"keep": 3}], "c": {}}), "nothing is made");
     }
 }

@@ -79,16 +79,19 @@ pub(super) fn parse(text: &str) -> Result<Node, Problem> {
     }
 }
 
+/// What to say of numbers that are not finite.
+const NOT_JSON: &str = "NaN and Infinity are not JSON; give a number";
+
 fn syntax_problem(body: &str, shift: usize, error: &jsonc_parser::errors::ParseError) -> Problem {
     use jsonc_parser::errors::ParseErrorKind as E;
     let range = error.range().start..error.range().end.max(error.range().start);
     let found = body.get(range.clone()).unwrap_or_default();
     let (message, hint) = match error.kind() {
         E::UnexpectedWord if ["nan", "inf", "infinity"].contains(&found.to_lowercase().as_str()) => {
-            (format!("`{found}` is not a number of a scene; numbers must be finite"), None)
+            (format!("`{found}` is not a number of a scene; numbers must be finite"), Some(NOT_JSON))
         }
         E::NonFiniteNumbersNotAllowed => {
-            (format!("`{found}` is not a number of a scene; numbers must be finite"), None)
+            (format!("`{found}` is not a number of a scene; numbers must be finite"), Some(NOT_JSON))
         }
         E::UnexpectedWord => (format!("unexpected word `{found}`"), Some("text stands in double quotes")),
         E::SingleQuotedStringsNotAllowed => {

@@ -29,6 +29,8 @@ enum Scheme {
 #[derive(Clone, Debug)]
 pub struct Exchange {
     scheme: Scheme,
+    convects: bool,
+    radiates: bool,
     /// theta_0 [K].
     ambient: f64,
     /// theta_s [K].
@@ -76,6 +78,8 @@ impl Exchange {
         };
         Some(Self {
             scheme,
+            convects: convection.is_some(),
+            radiates: radiation.is_some(),
             ambient: convection.map_or(0.0, |convection| convection.ambient),
             surroundings: radiation.map_or(0.0, |radiation| radiation.surroundings),
             convection: rate(convection.map_or(0.0, |convection| convection.coefficient)),
@@ -98,8 +102,15 @@ impl Exchange {
             let before = *theta;
             let (after, by_convection) = self.particle(i).advance(self.scheme, dt, before);
             *theta = after;
+            let drop = before - after;
+            // Where one of the two is absent the other is all, and nothing is left to round-off.
+            let by_convection = match (self.convects, self.radiates) {
+                (true, false) => drop,
+                (false, _) => 0.0,
+                (true, true) => by_convection,
+            };
             convected.add(self.capacity[i] * by_convection);
-            radiated.add(self.capacity[i] * ((before - after) - by_convection));
+            radiated.add(self.capacity[i] * (drop - by_convection));
         }
         Exchanged { convected: convected.value(), radiated: radiated.value() }
     }

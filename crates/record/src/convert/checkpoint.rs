@@ -17,6 +17,7 @@ fn columns(columns: &Columns) -> Option<v1::Columns> {
 pub fn checkpoint(checkpoint: &Checkpoint) -> v1::Checkpoint {
     let Checkpoint {
         time,
+        time_rest,
         step,
         next_dt,
         state: State { position, velocity, temperature },
@@ -39,9 +40,19 @@ pub fn checkpoint(checkpoint: &Checkpoint) -> v1::Checkpoint {
         outside_impulse,
     } = *totals;
     let Momentum { linear, angular, residual } = *initial_momentum;
-    let Counters { steps, iterations, rejected_steps, impacts, pair_evaluations, intervals, max_overlap } = *counters;
+    let Counters {
+        steps,
+        iterations,
+        rejected_steps,
+        impacts,
+        pair_evaluations,
+        intervals,
+        max_overlap,
+        largest_momentum,
+    } = *counters;
     v1::Checkpoint {
         t: *time,
+        time_rest: Some(*time_rest),
         step: *step,
         next_dt: *next_dt,
         position: columns(position),
@@ -73,6 +84,7 @@ pub fn checkpoint(checkpoint: &Checkpoint) -> v1::Checkpoint {
             pair_evaluations,
             intervals,
             max_overlap: Some(max_overlap),
+            largest_momentum: Some(largest_momentum),
         }),
         notices_given: *notices_given,
     }
@@ -98,6 +110,7 @@ fn three(values: &[f64], what: &str) -> Result<[f64; 3], Malformed> {
 pub fn read_checkpoint(message: v1::Checkpoint) -> Result<Checkpoint, Malformed> {
     let v1::Checkpoint {
         t,
+        time_rest,
         step,
         next_dt,
         position,
@@ -137,10 +150,19 @@ pub fn read_checkpoint(message: v1::Checkpoint) -> Result<Checkpoint, Malformed>
     } = totals.ok_or_else(|| missing("totals"))?;
     let v1::CheckpointMomentum { linear, angular, residual } =
         initial_momentum.ok_or_else(|| missing("initial momentum"))?;
-    let v1::Counters { steps, iterations, rejected_steps, impacts, pair_evaluations, intervals, max_overlap } =
-        counters.ok_or_else(|| missing("counters"))?;
+    let v1::Counters {
+        steps,
+        iterations,
+        rejected_steps,
+        impacts,
+        pair_evaluations,
+        intervals,
+        max_overlap,
+        largest_momentum,
+    } = counters.ok_or_else(|| missing("counters"))?;
     Ok(Checkpoint {
         time: t,
+        time_rest: time_rest.ok_or_else(|| missing("rest of the time"))?,
         step,
         next_dt,
         state: State { position, velocity, temperature },
@@ -170,6 +192,7 @@ pub fn read_checkpoint(message: v1::Checkpoint) -> Result<Checkpoint, Malformed>
             pair_evaluations,
             intervals,
             max_overlap: max_overlap.ok_or_else(|| missing("deepest overlap"))?,
+            largest_momentum: largest_momentum.ok_or_else(|| missing("largest momentum"))?,
         },
         notices_given,
     })

@@ -42,6 +42,9 @@ pub struct Checkpoint {
     /// Bits of the notices that are given once per run and have been given \[-\].
     #[prost(uint64, tag = "13")]
     pub notices_given: u64,
+    /// What the time is rounded by, so that equal steps add up exactly \[s\].
+    #[prost(double, optional, tag = "14")]
+    pub time_rest: ::core::option::Option<f64>,
 }
 /// One number per particle, in the unit of the field that holds it.
 #[derive(Clone, PartialEq, ::prost::Message)]
@@ -128,6 +131,9 @@ pub struct Counters {
     /// Deepest overlap seen at a step's end \[m\].
     #[prost(double, optional, tag = "7")]
     pub max_overlap: ::core::option::Option<f64>,
+    /// Largest sum of m |v| at a step's end \[kg m/s\].
+    #[prost(double, optional, tag = "8")]
+    pub largest_momentum: ::core::option::Option<f64>,
 }
 /// Cluster counts at one instant; which cluster a particle is in stands in the column `cluster` of /particles.
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]
@@ -223,7 +229,7 @@ pub struct EnergyLedger {
     /// Momentum given to the cloud by external forces and walls so far \[N s\]; recorded only.
     #[prost(message, optional, tag = "18")]
     pub outside_impulse: ::core::option::Option<Vector3>,
-    /// |P - P_0 - outside impulse| over the sum of m |v| \[-\].
+    /// |P - P_0 - outside impulse| over the largest sum of m |v| so far, or the outside impulse where that is more \[-\].
     #[prost(double, tag = "19")]
     pub momentum_residual: f64,
 }

@@ -7,7 +7,10 @@ use agglo_core::scene::ListedParticle;
 use super::COLUMNS;
 
 /// Columns that a particle cannot do without.
-const REQUIRED: [&str; 5] = ["x", "y", "z", "radius", "mass"];
+const REQUIRED: &str = "x, y, z, radius and mass or density";
+
+/// A column that may stand in place of `mass`; exports do not have it.
+const DENSITY: &str = "density";
 
 /// Something wrong in a CSV file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -33,12 +36,13 @@ impl std::fmt::Display for CsvError {
 impl std::error::Error for CsvError {}
 
 /// Reads particles from CSV with the columns of an export, in any order; of several times the last. Columns `vx`, `vy`,
-/// `vz`, `charge`, `temperature` may be absent; `step`, `id` and `cluster` are not used.
+/// `vz`, `charge`, `temperature` may be absent, `density` [kg/m^3] may stand for `mass`; `step`, `id` and `cluster` are
+/// not used. Lines that begin with `#` are comments.
 ///
 /// # Errors
 /// The first thing that is wrong, with its line and column.
 pub fn read_particles(input: impl Read) -> Result<Vec<ListedParticle>, CsvError> {
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).from_reader(input);
+    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(input);
     let header = reader.byte_headers().map_err(|e| from_csv(&e))?.clone();
     let columns = Columns::new(&header)?;
     let mut particles = Vec::new();
@@ -68,22 +72,35 @@ struct Columns {
     position: [usize; 3],
     velocity: [Option<usize>; 3],
     radius: usize,
-    mass: usize,
+    weight: Weight,
     charge: Option<usize>,
     temperature: Option<usize>,
 }
 
+/// Which column says how heavy a particle is.
+#[derive(Clone, Copy)]
+enum Weight {
+    Mass(usize),
+    Density(usize),
+}
+
 impl Columns {
     fn new(header: &csv::ByteRecord) -> Result<Self, CsvError> {
+        // Comments may stand above the header.
+        let line = header.position().map_or(1, csv::Position::line);
         let mut names: Vec<String> = Vec::new();
         for (k, cell) in header.iter().enumerate() {
             let name = String::from_utf8_lossy(cell);
             // Spreadsheets put a byte order mark in front of UTF-8.
             let name = name.trim_start_matches('\u{feff}').to_owned();
-            let fail = |message| Err(CsvError { line: 1, column: k as u64 + 1, message });
-            if !COLUMNS.contains(&name.as_str()) {
+            let fail = |message| Err(CsvError { line, column: k as u64 + 1, message });
+            if name.contains([';', '\t']) {
+                return fail(format!("the column {name:?} is several; columns are separated by commas"));
+            }
+            if name != DENSITY && !COLUMNS.contains(&name.as_str()) {
                 let near = COLUMNS
                     .iter()
+                    .chain([&DENSITY])
                     .max_by(|a, b| strsim::jaro_winkler(a, &name).total_cmp(&strsim::jaro_winkler(b, &name)));
                 let meant = near.filter(|near| strsim::jaro_winkler(near, &name) > 0.8);
                 let meant = meant.map(|near| format!("; did you mean {near:?}?")).unwrap_or_default();
@@ -97,17 +114,27 @@ impl Columns {
         let find = |name: &str| names.iter().position(|found| found == name);
         let need = |name: &str| {
             find(name).ok_or_else(|| CsvError {
-                line: 1,
+                line,
                 column: 0,
-                message: format!("there is no column {name:?}; {} are needed", REQUIRED.join(", ")),
+                message: format!("there is no column {name:?}; {REQUIRED} are needed"),
             })
+        };
+        let position = [need("x")?, need("y")?, need("z")?];
+        let radius = need("radius")?;
+        let weight = match (find("mass"), find(DENSITY)) {
+            (Some(_), Some(column)) => {
+                let message = "there is a column \"density\" beside \"mass\"; leave one of them out".to_owned();
+                return Err(CsvError { line, column: column as u64 + 1, message });
+            }
+            (None, Some(column)) => Weight::Density(column),
+            _ => Weight::Mass(need("mass")?),
         };
         Ok(Self {
             t: find("t"),
-            position: [need("x")?, need("y")?, need("z")?],
+            position,
             velocity: [find("vx"), find("vy"), find("vz")],
-            radius: need("radius")?,
-            mass: need("mass")?,
+            radius,
+            weight,
             charge: find("charge"),
             temperature: find("temperature"),
         })
@@ -117,12 +144,16 @@ impl Columns {
         let [x, y, z] = self.position;
         let [vx, vy, vz] = self.velocity;
         let or_zero = |name, column: Option<usize>| column.map_or(Ok(0.0), |column| row.number(name, column));
+        let (mass, density) = match self.weight {
+            Weight::Mass(column) => (Some(row.positive("mass", column)?), None),
+            Weight::Density(column) => (None, Some(row.positive(DENSITY, column)?)),
+        };
         Ok(ListedParticle {
             position: [row.number("x", x)?, row.number("y", y)?, row.number("z", z)?],
             velocity: [or_zero("vx", vx)?, or_zero("vy", vy)?, or_zero("vz", vz)?],
             radius: row.positive("radius", self.radius)?,
-            density: None,
-            mass: Some(row.positive("mass", self.mass)?),
+            density,
+            mass,
             temperature: self.temperature.map(|column| row.positive("temperature", column)).transpose()?,
             charge: self.charge.map(|column| row.number("charge", column)).transpose()?,
         })
@@ -193,7 +224,7 @@ mod tests {
     fn what_is_wrong_is_named_with_its_place() {
         assert_eq!(
             fails("x,y,z,radius\n0,0,0,1\n"),
-            "line 1: there is no column \"mass\"; x, y, z, radius, mass are needed"
+            "line 1: there is no column \"mass\"; x, y, z, radius and mass or density are needed"
         );
         let near = fails("x,y,z,radius,mass,temprature\n");
         assert!(near.starts_with("line 1, column 6:") && near.contains("did you mean \"temperature\"?"), "{near}");
@@ -206,7 +237,19 @@ mod tests {
         assert_eq!(fails("x,y,z,radius,mass\n0,0,NaN,1,1\n"), "line 2, column 3: z is \"NaN\", not a finite number");
         assert_eq!(fails("x,y,z,radius,mass\n0,0,0,1\n"), "line 2: there are 4 values for 5 columns");
         assert_eq!(fails("x,y,z,radius,mass\n"), "there is no particle below the header");
-        assert_eq!(fails(""), "line 1: there is no column \"x\"; x, y, z, radius, mass are needed");
+        assert_eq!(fails(""), "line 1: there is no column \"x\"; x, y, z, radius and mass or density are needed");
+        let semicolons = fails("# a comment\nx;y;z;radius;mass\n0;0;0;1;1\n");
+        assert!(semicolons.starts_with("line 2, column 1:"), "{semicolons}");
+        assert!(semicolons.ends_with("columns are separated by commas"), "{semicolons}");
+        assert!(fails("x,y,z,radius,mass,density\n0,0,0,1,1,1\n").contains("beside \"mass\""));
+    }
+
+    #[test]
+    fn density_stands_for_mass_and_comments_are_passed_over() {
+        let text = "# two spheres\nx,y,z,radius,density\n0,0,0,1,2000\n# the other one\n3,0,0,1,1000\n";
+        let particles = read_particles(text.as_bytes()).expect("a table");
+        let weights: Vec<_> = particles.iter().map(|p| (p.mass, p.density)).collect();
+        assert_eq!(weights, [(None, Some(2000.0)), (None, Some(1000.0))]);
     }
 
     #[test]

@@ -31,20 +31,22 @@ impl std::str::FromStr for At {
             "end" => Ok(Self::End),
             "all" => Ok(Self::All),
             _ => match text.parse::<f64>() {
-                Ok(t) if t.is_finite() && t >= 0.0 => Ok(Self::Time(t)),
-                _ => Err(format!("{text:?} is not a time in seconds from 0 on, `end` or `all`")),
+                Ok(t) if t.is_finite() => Ok(Self::Time(t)),
+                _ => Err(format!("{text:?} is not a time in seconds, `end` or `all`")),
             },
         }
     }
 }
 
 /// What was exported.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Exported {
     /// States.
     pub frames: u64,
     /// Rows, without the header.
     pub rows: u64,
+    /// The time of the log's last state, where that is before the time asked for [s].
+    pub ends_before: Option<f64>,
     /// Parts of the log that could not be read; what they held is missing.
     pub damage: Vec<Damage>,
 }
@@ -97,7 +99,8 @@ pub fn export<R: Read + Seek>(log: &mut Log<R>, at: At, out: &mut impl Write) ->
     let mut done = Exported::default();
     match at {
         At::Time(t) => {
-            let frame = log.frame_at(t)?;
+            let (frame, beyond) = log.frame_near(t)?;
+            done.ends_before = beyond.then_some(frame.t);
             Table::new(&mut *out, &frame, &particles)?.write(&frame, &mut done)?;
         }
         At::End => {
@@ -225,7 +228,8 @@ mod tests {
         assert_eq!("0.5".parse(), Ok(At::Time(0.5)));
         assert_eq!("end".parse(), Ok(At::End));
         assert_eq!("all".parse(), Ok(At::All));
-        for wrong in ["", "-1", "nan", "inf", "last"] {
+        assert_eq!("-1".parse(), Ok(At::Time(-1.0)), "which no log has; it says so itself");
+        for wrong in ["", "nan", "inf", "last"] {
             assert!(wrong.parse::<At>().is_err(), "{wrong}");
         }
     }

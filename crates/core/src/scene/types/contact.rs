@@ -22,6 +22,11 @@ pub struct Contact {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("minimum" = 0.0))]
     pub rest_speed: Option<f64>,
+    /// Share of the smaller diameter by which particles may overlap, or reach into walls, at the start [-]; default 1e-9.
+    /// A recorded state that goes on in a new scene may need it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("minimum" = 0.0, "maximum" = 0.5))]
+    pub initial_overlap: Option<f64>,
 }
 
 /// Coefficient of restitution, equation (35).
