@@ -217,6 +217,21 @@ fn beside(path: &Path, replace: bool) -> Result<Sink, Failure> {
     Ok(Sink::Beside { file, path: path.to_owned(), replace })
 }
 
+/// Refuses to write over what is being read, `--overwrite` or not.
+///
+/// # Errors
+/// The two are the same file, by whatever path or link.
+pub fn differs(target: &Target, input: Option<&Path>) -> Result<(), Failure> {
+    let (Some(target), Some(input)) = (target.path(), input) else { return Ok(()) };
+    match (std::fs::canonicalize(target), std::fs::canonicalize(input)) {
+        (Ok(target_file), Ok(input_file)) if target_file == input_file && target_file.is_file() => {
+            let text = format!("{} would be written over its own input", target.display());
+            Err(Failure::Input(Message::new(text).file(target.display()).hint("choose another name")))
+        }
+        _ => Ok(()),
+    }
+}
+
 /// The folder that a file is in.
 pub fn folder_of(path: &Path) -> &Path {
     match path.parent() {

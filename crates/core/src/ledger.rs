@@ -4,6 +4,7 @@ use crate::clusters;
 use crate::math::Sum;
 use crate::observer::Sample;
 use crate::simulation::Simulation;
+use crate::state::{Particles, State};
 use nalgebra::Vector3;
 
 /// Energies at one instant [J]. Effects that the scene does not have stay zero.
@@ -69,9 +70,8 @@ impl Simulation {
     }
 
     fn ledger(&self) -> Ledger {
-        let (mass, r, v) = (&self.particles.mass, &self.state.position, &self.state.velocity);
+        let (mass, r) = (&self.particles.mass, &self.state.position);
         let n = mass.len();
-        let kinetic: Sum = (0..n).map(|i| 0.5 * mass[i] * v.get(i).norm_squared()).collect();
         let (near_field, binding) = self.model.field.as_ref().map_or((0.0, 0.0), |field| field.energies(r));
         let external = self.model.external.as_ref().map_or(0.0, |external| external.energy(r));
         let thermal: Sum = match (&self.state.temperature, self.model.heat_capacity) {
@@ -80,7 +80,7 @@ impl Simulation {
         };
         let totals = self.totals;
         let mut ledger = Ledger {
-            kinetic: kinetic.value(),
+            kinetic: kinetic_energy(&self.particles, &self.state),
             near_field,
             binding,
             external,
@@ -131,4 +131,11 @@ impl Ledger {
         ];
         held.into_iter().chain(lost).collect::<Sum>().value()
     }
+}
+
+/// Sum of m v.v/2 [J].
+#[must_use]
+pub fn kinetic_energy(particles: &Particles, state: &State) -> f64 {
+    let energy = |(i, mass): (usize, &f64)| 0.5 * mass * state.velocity.get(i).norm_squared();
+    particles.mass.iter().enumerate().map(energy).collect::<Sum>().value()
 }

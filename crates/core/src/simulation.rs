@@ -6,7 +6,7 @@ use crate::contact::Touch;
 use crate::diagnostics::{Level, Notice, StepDiagnostics};
 use crate::error::{RunError, SetupError};
 use crate::impact::Impact;
-use crate::ledger::{Momentum, Totals};
+use crate::ledger::{Momentum, Totals, kinetic_energy};
 use crate::observer::{Flow, Observer, Sample, StepReport};
 use crate::placement;
 use crate::scene::{ModelKind, Problem, Record, Scene};
@@ -16,6 +16,10 @@ use crate::step_control::StepControl;
 
 /// A run ends when less than this share of a step is left [-].
 const END: f64 = 1e-6;
+/// A residual above this share of the energies in motion is warned of [-].
+const LARGE_RESIDUAL: f64 = 0.1;
+/// An overlap above this share of the smallest diameter is warned of [-].
+const DEEP_OVERLAP: f64 = 0.2;
 
 /// A scene being solved.
 #[derive(Debug)]
@@ -37,6 +41,8 @@ pub struct Simulation {
     pub(crate) totals: Totals,
     pub(crate) counters: Counters,
     pub(crate) initial_energy: f64,
+    /// Kinetic energy at the scene's start [J].
+    initial_kinetic: f64,
     pub(crate) initial_momentum: Momentum,
     pub(crate) notices_given: u64,
     pub(crate) time: f64,
@@ -60,6 +66,10 @@ pub(crate) enum OnceNotice {
     Resting = 1,
     /// A fixed step too long for contacts.
     Travel = 2,
+    /// Energy that nothing explains.
+    Residual = 3,
+    /// Particles deep inside each other.
+    Overlap = 4,
 }
 
 /// How a run ended.
@@ -127,6 +137,7 @@ impl Simulation {
             totals: Totals::default(),
             counters: Counters::default(),
             initial_energy: 0.0,
+            initial_kinetic: kinetic_energy(&particles, &state),
             initial_momentum: Momentum::default(),
             notices_given: 0,
             time: 0.0,
@@ -265,12 +276,15 @@ impl Simulation {
     }
 
     fn finished(&self) -> bool {
-        self.duration - self.time < END * self.next_dt
+        self.duration - self.time < END * self.next_dt.min(self.duration)
     }
 
     fn report(&mut self, observer: &mut dyn Observer, start: bool) -> Result<Flow, RunError> {
         let due = self.recording_due() && observer.wants_samples();
         let sample = (start || due || self.finished()).then(|| self.sample());
+        if let Some(sample) = &sample {
+            self.judge(sample)?;
+        }
         let checkpoint = (self.checkpoint_due(start) && observer.wants_checkpoints()).then(|| self.checkpoint());
         observer
             .step(&StepReport {
@@ -287,12 +301,54 @@ impl Simulation {
             .map_err(RunError::Observer)
     }
 
+    /// Refuses energies that are no numbers, and warns of errors that a user must know of.
+    fn judge(&mut self, sample: &Sample) -> Result<(), RunError> {
+        let ledger = &sample.ledger;
+        let (energy, lost) = (ledger.balance(), ledger.totals.impact_loss + ledger.totals.friction_loss);
+        if !energy.is_finite() {
+            let speed = |i: &u32| self.state.velocity.get(*i as usize).norm();
+            let fastest = (0..self.particles.len() as u32).max_by(|a, b| speed(a).total_cmp(&speed(b)));
+            return Err(RunError::NotFinite {
+                time: self.time,
+                particle: fastest.unwrap_or(0),
+                quantity: "energy (this is the fastest)",
+                value: energy,
+                advice:
+                    "try smaller velocities, distances, ranges or strengths: their squares and powers must be numbers"
+                        .to_owned(),
+            });
+        }
+        if self.model.kind == ModelKind::Paper {
+            return Ok(()); // Its errors are said at the start.
+        }
+        let moving = ledger.kinetic.max(lost).max(ledger.totals.resting_loss);
+        if self.counters.steps > 0 && ledger.residual.abs() > LARGE_RESIDUAL * moving.max(self.initial_kinetic) {
+            let (residual, time) = (ledger.residual, self.time);
+            let message = format!(
+                "the energy residual is {residual:.3e} J at t = {time} s, more than a tenth of the kinetic energy and what \
+                 impacts took: a smaller solver.tolerance.position or step would resolve the motion"
+            );
+            self.notice_once(OnceNotice::Residual, Level::Warning, message);
+        }
+        let overlap = self.counters.max_overlap / self.model.smallest_diameter;
+        if overlap > DEEP_OVERLAP {
+            let message = format!(
+                "particles (or a particle and a wall) overlap by {overlap:.2} of the smallest diameter at t = {} s: impacts \
+                 are found at step ends; a smaller solver.step.max finds them earlier",
+                self.time
+            );
+            self.notice_once(OnceNotice::Overlap, Level::Warning, message);
+        }
+        Ok(())
+    }
+
     /// Whether the scene's cadence records this step.
     fn recording_due(&mut self) -> bool {
         if let Some(interval) = self.record.interval {
             // A step that ends on a multiple within round-off counts as having reached it.
             let reached = (self.time / interval + 1e-9).floor() as u64;
-            let due = reached > self.counters.intervals;
+            // Beyond 2^53 the count is no longer exact, and every step is past the next multiple.
+            let due = reached > self.counters.intervals || reached >= 1 << 53;
             self.counters.intervals = reached;
             return due;
         }

@@ -13,6 +13,10 @@ use crate::state::Columns;
 use crate::step_control::{Attempt, Decision, MAX_ATTEMPTS, TRAVEL_SHARE, Worst};
 use nalgebra::Vector3;
 
+/// Largest kick of an unresolved acceleration, over the fastest speed of the cloud [-]. Half of it is met by falls into a
+/// singularity only; less would refine every crossing of a cut-off.
+const KICK: f64 = 0.02;
+
 impl Simulation {
     /// One accepted step from t to t + dt, dt at most what is left of the run.
     pub(crate) fn step(&mut self) -> Result<(), RunError> {
@@ -105,7 +109,7 @@ impl Simulation {
             let own = (self.state.velocity.get(i) + (before + after) * (0.5 * dt)).norm();
             if change > 0.5 * size { dt * change / fastest.max(own).max(0.5 * dt * size) } else { 0.0 }
         }));
-        if kick.size > 1.0 && error.size <= 1.0 { Worst { size: 8.0, ..kick } } else { error }
+        if kick.size > KICK && error.size <= 1.0 { Worst { size: 8.0, ..kick } } else { error }
     }
 
     /// Bound on how far any two (or one and a wall) came nearer, over what contacts allow in a step [-].
@@ -349,7 +353,7 @@ impl Simulation {
         if !self.control.fixed && !too_small && attempts < MAX_ATTEMPTS {
             return Ok(retry_dt);
         }
-        let particles = blamed.map_or_else(|| self.stagger.most_moved(), |worst| vec![worst.particle]);
+        let particles = blamed.map_or_else(|| self.stagger.most_moved(), |worst| worst.particles());
         let advice = self.advice(cause);
         let time = self.time;
         Err(if too_small && !self.control.fixed {

@@ -58,18 +58,32 @@ pub struct Worst {
     pub size: f64,
     /// Whose it is.
     pub particle: u32,
+    /// Whose is the next largest, at least half as large.
+    pub partner: Option<u32>,
 }
 
 impl Worst {
     /// The largest of values for particles 0, 1, ..; a NaN is larger than any number.
     pub fn of(values: impl Iterator<Item = f64>) -> Self {
-        let mut worst = Self::default();
+        let (mut first, mut second) = ((0.0, 0), (0.0, 0));
         for (i, size) in values.enumerate() {
-            if size > worst.size || size.is_nan() {
-                worst = Self { size, particle: i as u32 };
+            let size = if size.is_nan() { f64::INFINITY } else { size };
+            if size > first.0 {
+                (first, second) = ((size, i as u32), first);
+            } else if size > second.0 {
+                second = (size, i as u32);
             }
         }
-        worst
+        let partner = (second.0 > 0.0 && second.0 >= 0.5 * first.0).then_some(second.1);
+        Self { size: first.0, particle: first.1, partner }
+    }
+
+    /// Those it concerns.
+    #[must_use]
+    pub fn particles(&self) -> Vec<u32> {
+        let mut particles: Vec<u32> = std::iter::once(self.particle).chain(self.partner).collect();
+        particles.sort_unstable();
+        particles
     }
 }
 

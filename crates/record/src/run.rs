@@ -204,7 +204,9 @@ pub fn terms(scene: &Scene) -> Vec<&'static str> {
         add(repulsion.is_some(), "near_field.repulsion");
     }
     add(binding.is_some(), "binding");
-    if let Some(Contact { restitution: _, friction, duration: _, resolution: _, rest_speed: _, initial_overlap: _ }) = contact {
+    if let Some(Contact { restitution: _, friction, duration: _, resolution: _, rest_speed: _, initial_overlap: _ }) =
+        contact
+    {
         add(true, "contact");
         add(friction.is_some(), "contact.friction");
     }

@@ -244,7 +244,9 @@ fn steps_add_up_to_the_time_and_stay_within_their_limits() {
         let (steps, outcome) = record(&scene(&value));
         for pair in steps.windows(2) {
             let diagnostics = pair[1].diagnostics.as_ref().unwrap();
-            assert_eq!(pair[1].time, pair[0].time + diagnostics.dt, "{name}");
+            // What rounding takes from one time is added to a later one: at most an ulp here.
+            let ahead = pair[1].time - (pair[0].time + diagnostics.dt);
+            assert!(ahead.abs() <= f64::EPSILON * pair[1].time, "{name}: {ahead}");
             assert!(diagnostics.dt > 0.0 && diagnostics.dt <= max, "{name}: {}", diagnostics.dt);
             assert_eq!(diagnostics.iterations() as usize, diagnostics.position_errors.len());
             assert!(diagnostics.violation <= 1.0, "{name}: an accepted step violates by {}", diagnostics.violation);

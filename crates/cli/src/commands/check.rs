@@ -110,7 +110,8 @@ impl<'a> Report<'a> {
         let range = if fewest == expected { expected } else { format!("{fewest} to {expected}") };
         let state = size::human(expectation.expected.per_frame as u64);
         let least = size::human(expectation.least_log);
-        row("log", format!("about {range}, {state} a recorded step; where numbers repeat less, down to {least}"));
+        let repeated = format!("numbers that repeat take less, {least} at the least");
+        row("log", format!("about {range}, {state} a recorded step; {repeated}"));
         text
     }
 

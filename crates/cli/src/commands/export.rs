@@ -8,7 +8,7 @@ use crate::args::{ExportArgs, ExportFormat};
 use crate::failure::{CommandResult, Failure, Success};
 use crate::logs;
 use crate::numbers::counted;
-use crate::output::Output;
+use crate::output::{self, Output};
 use crate::terminal::Terminal;
 
 /// Bytes gathered before they are written: a table has many short lines.
@@ -20,6 +20,7 @@ const BUFFER: usize = 1 << 16;
 /// A log that cannot be read, no state at the time asked for, an output that cannot be written.
 pub fn export(args: &ExportArgs, terminal: &Terminal) -> CommandResult {
     let mut log = logs::open(&args.log).map_err(|error| logs::failure(&args.log, &error))?;
+    output::differs(&args.output, Some(&args.log))?;
     let output = Output::open(&args.output, args.overwrite)?;
     let writer = output.writer().map_err(|error| Failure::write(output.name(), &error))?;
     let mut writer = BufWriter::with_capacity(BUFFER, writer);

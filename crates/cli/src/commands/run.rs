@@ -34,11 +34,9 @@ type Writer = Box<dyn std::io::Write + Send>;
 pub fn run(args: &RunArgs, terminal: &Terminal) -> CommandResult {
     let loaded = input::load(&args.scene)?;
     let target = log_target(args, &loaded)?;
-    if let Some(summary) = &args.summary {
-        output::check(summary, args.overwrite)?;
-    }
-    if let Some(target) = &target {
-        output::check(target, args.overwrite)?;
+    for written in args.summary.iter().chain(&target) {
+        output::differs(written, args.scene.scene.path())?;
+        output::check(written, args.overwrite)?;
     }
     let interrupt = Interrupt::install()?;
     let mut simulation = Simulation::new(&loaded.scene).map_err(|error| loaded.failure(error.problems))?;

@@ -217,3 +217,18 @@ fn the_scene_may_be_anywhere() {
     folder.agglo(&["run", shipped("two-body-oscillator").to_str().unwrap(), "-q"]).code(0);
     assert_eq!(folder.files(), ["two-body-oscillator.mcap"], "the log goes to the working folder");
 }
+
+#[test]
+fn an_input_is_never_overwritten_by_its_own_output() {
+    let folder = Folder::with(PAIR);
+    folder.agglo(&["run", "scene.json", "-o", "log.mcap", "-q"]).code(0);
+    let (scene, log) = (folder.read("scene.json"), folder.read("log.mcap"));
+    for arguments in [
+        &["run", "scene.json", "-o", "scene.json", "--overwrite"][..],
+        &["run", "scene.json", "--no-log", "--summary", "./scene.json", "--overwrite"],
+        &["export", "log.mcap", "--format", "csv", "-o", "log.mcap", "--overwrite"],
+    ] {
+        folder.agglo(arguments).code(2).says(&["over its own input"]);
+    }
+    assert!(scene == folder.read("scene.json") && log == folder.read("log.mcap"));
+}

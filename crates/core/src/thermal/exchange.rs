@@ -16,6 +16,9 @@ pub const STEFAN_BOLTZMANN_PAPER: f64 = 5.67e-8;
 /// Error allowed to a substep where convection and radiation act together, relative to max(theta, 1 K) [-].
 const SUBSTEP_TOLERANCE: f64 = 1e-10;
 
+/// Substeps of one step; hundreds are enough for a drop from 1e5 K.
+const MAX_SUBSTEPS: usize = 10_000;
+
 /// Which solution applies.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Scheme {
@@ -215,24 +218,31 @@ impl Particle {
     /// Convection and radiation together: Alexander's two-stage scheme (L-stable, order 2), substeps by step doubling.
     fn substeps(&self, dt: f64, theta: f64) -> (f64, f64) {
         let (mut at, mut convected, mut left, mut h) = (theta, 0.0, dt, dt);
-        while left > 0.0 {
+        for _ in 0..MAX_SUBSTEPS {
             h = h.min(left);
-            let (whole, _) = self.alexander(h, at);
+            let (whole, once) = self.alexander(h, at);
             let (half, first) = self.alexander(0.5 * h, at);
             let (end, second) = self.alexander(0.5 * h, half);
-            // The halves are four times as good, so their error is a third of the difference.
-            let error = (end - whole).abs() / (3.0 * SUBSTEP_TOLERANCE * at.max(1.0));
+            // The halves are four times as good: their error is a third of the difference, and is taken off.
+            let correction = (end - whole) / 3.0;
+            let error = correction.abs() / (SUBSTEP_TOLERANCE * at.max(1.0));
+            let (end, drop) = (end + correction, first + second + (first + second - once) / 3.0);
             // Neither may pass the equilibrium that both tend to: cooling must not turn into heating.
             let monotone = end > 0.0 && self.rate(at) * self.rate(end) >= 0.0;
             if (error <= 1.0 && monotone) || h <= 1e-12 * dt {
                 at = end;
-                convected += first + second;
+                convected += drop;
                 left -= h;
+            }
+            if left <= 0.0 {
+                return (at, convected);
             }
             let factor = if monotone && error > 0.0 { 0.9 / libm::cbrt(error) } else { 0.25 };
             h *= if monotone && error == 0.0 { 4.0 } else { factor.clamp(0.1, 4.0) };
         }
-        (at, convected)
+        // Heat beyond any scale of the step: one damped step for what is left.
+        let end = self.implicit(left, at);
+        (end, convected + left * self.convection * (end - self.ambient))
     }
 
     /// One step of Alexander's scheme, and the drop by convection in it [K].
