@@ -32,7 +32,7 @@ impl Simulation {
                 Decision::Accept { next_dt } => {
                     // The last step is clipped; what would have followed is kept for a run that goes on.
                     let clipped = left < self.next_dt && dt == left;
-                    self.next_dt = if clipped { self.next_dt } else { next_dt };
+                    self.next_dt = if clipped { self.next_dt } else { next_dt.max(self.smallest_step()) };
                     return self.accept(&attempt);
                 }
                 Decision::Reject { cause, retry_dt } => dt = self.reject(cause, &attempt, retry_dt)?,
@@ -332,6 +332,11 @@ impl Simulation {
         }
     }
 
+    /// The scene's smallest step, or the smallest that still moves the time where that is more [s].
+    fn smallest_step(&self) -> f64 {
+        self.control.min.max(f64::EPSILON * self.time)
+    }
+
     /// Notes a rejected attempt, and gives the next step or gives up.
     fn reject(&mut self, cause: RejectionCause, attempt: &Attempt, retry_dt: f64) -> Result<f64, RunError> {
         let (dt, sweeps) = (attempt.dt, &self.stagger.sweeps);
@@ -349,7 +354,7 @@ impl Simulation {
             particle: blamed.map_or(sweeps.worst, |worst| worst.particle),
         });
         let attempts = self.diagnostics.rejected.len() as u64;
-        let too_small = retry_dt < self.control.min;
+        let too_small = retry_dt < self.smallest_step();
         if !self.control.fixed && !too_small && attempts < MAX_ATTEMPTS {
             return Ok(retry_dt);
         }
@@ -357,7 +362,15 @@ impl Simulation {
         let advice = self.advice(cause);
         let time = self.time;
         Err(if too_small && !self.control.fixed {
-            RunError::StepTooSmall { time, dt: retry_dt, min: self.control.min, cause, particles, violation, advice }
+            RunError::StepTooSmall {
+                time,
+                dt: retry_dt,
+                min: self.smallest_step(),
+                cause,
+                particles,
+                violation,
+                advice,
+            }
         } else {
             RunError::TooManyRejections { time, dt, attempts, cause, particles, violation, advice }
         })

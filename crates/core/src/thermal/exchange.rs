@@ -227,6 +227,8 @@ impl Particle {
             let correction = (end - whole) / 3.0;
             let error = correction.abs() / (SUBSTEP_TOLERANCE * at.max(1.0));
             let (end, drop) = (end + correction, first + second + (first + second - once) / 3.0);
+            // At equilibrium round-off must not turn cooling into heating.
+            let end = if self.rate(at) > 0.0 { end.min(at) } else { end.max(at) };
             // Neither may pass the equilibrium that both tend to: cooling must not turn into heating.
             let monotone = end > 0.0 && self.rate(at) * self.rate(end) >= 0.0;
             if (error <= 1.0 && monotone) || h <= 1e-12 * dt {

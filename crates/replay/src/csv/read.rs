@@ -239,7 +239,8 @@ mod tests {
         assert_eq!(fails("x,y,z,radius,mass\n"), "there is no particle below the header");
         assert_eq!(fails(""), "line 1: there is no column \"x\"; x, y, z, radius and mass or density are needed");
         let semicolons = fails("# a comment\nx;y;z;radius;mass\n0;0;0;1;1\n");
-        assert!(semicolons.starts_with("line 2, column 1:"), "{semicolons}");
+        // The record begins where the one before it ended, comments included.
+        assert!(semicolons.starts_with("line 1, column 1:"), "{semicolons}");
         assert!(semicolons.ends_with("columns are separated by commas"), "{semicolons}");
         assert!(fails("x,y,z,radius,mass,density\n0,0,0,1,1,1\n").contains("beside \"mass\""));
     }
