@@ -13,8 +13,8 @@ use crate::state::Columns;
 use crate::step_control::{Attempt, Decision, MAX_ATTEMPTS, TRAVEL_SHARE, Worst};
 use nalgebra::Vector3;
 
-/// Largest kick of an unresolved acceleration, over the fastest speed of the cloud [-]. Half of it is met by falls into a
-/// singularity only; less would refine every crossing of a cut-off.
+/// Largest kick of an unresolved acceleration, over the fastest speed of the cloud [-]. A fall into a singularity exceeds
+/// any such bound sooner or later; a smaller one also shortens steps where a pair merely crosses a cut-off.
 const KICK: f64 = 0.02;
 
 impl Simulation {
