@@ -32,7 +32,7 @@ def main(path):
                 scene = json.loads(attachment.data)
         run = next(record.metadata for record in reader.iter_metadata() if record.name == "run")
         assert run["log_format"].startswith("1."), run
-        n = int(run["particles"])
+        n = int(run["n"])
         scale = scene["record"]["time_scale"]
         last_time = 0
         for schema, channel, message, decoded in reader.iter_decoded_messages():
