@@ -6,10 +6,14 @@ use std::path::{Path, PathBuf};
 use agglo_core::Scene;
 use agglo_core::scene::{ParticleSource, Problem, Setting, locate};
 
+use agglo_replay::DamagedSource;
+
 use crate::args::SceneArgs;
-use crate::failure::{Failure, Message, SceneProblems};
+use crate::failure::{Failure, Message, SceneProblems, Success};
+use crate::logs;
 use crate::size;
 use crate::target::Target;
+use crate::terminal::Terminal;
 
 /// Longest scene that is read [bytes]: four million particles written out take about as much.
 const LONGEST_SCENE: u64 = 256 << 20;
@@ -21,6 +25,8 @@ const LOG_MAGIC: &[u8] = b"\x89MCAP0\r\n";
 pub struct LoadedScene {
     /// The scene.
     pub scene: Scene,
+    /// The log that its particles come from, where that is damaged.
+    pub damaged: Option<DamagedSource>,
     /// Name of its file, `<stdin>` for standard input.
     pub file: String,
     /// Its text.
@@ -32,6 +38,13 @@ pub struct LoadedScene {
 }
 
 impl LoadedScene {
+    /// Warns of a damaged log that particles come from; what is done with the scene is then a success of that kind.
+    pub fn success(&self, terminal: &Terminal) -> Success {
+        let Some(DamagedSource { path, damage }) = &self.damaged else { return Success::Done };
+        logs::warn(path, damage, terminal);
+        Success::Damaged
+    }
+
     /// A failure for problems found later, shown where they are in the scene's text.
     pub fn failure(&self, mut problems: Vec<Problem>) -> Failure {
         locate(&mut problems, &self.text, &self.settings);
@@ -60,13 +73,13 @@ pub fn load(args: &SceneArgs) -> Result<LoadedScene, Failure> {
         Err(problems) => return Err(Failure::Scene(Box::new(SceneProblems { file, text, problems }))),
     };
     let elsewhere = matches!(scene.particles, ParticleSource::File(_) | ParticleSource::Log(_));
-    let problems = match agglo_replay::resolve_particles(&mut scene, &base) {
-        Err(problem) => vec![problem],
+    let (problems, damaged) = match agglo_replay::resolve_particles(&mut scene, &base) {
+        Err(problem) => (vec![problem], None),
         // What the particles' own file lacks, such as charges, is known only now.
-        Ok(()) if elsewhere => scene.validate(),
-        Ok(()) => Vec::new(),
+        Ok(damaged) if elsewhere => (scene.validate(), damaged),
+        Ok(damaged) => (Vec::new(), damaged),
     };
-    let loaded = LoadedScene { scene, file, text, settings: args.set.clone(), stem };
+    let loaded = LoadedScene { scene, damaged, file, text, settings: args.set.clone(), stem };
     if problems.is_empty() { Ok(loaded) } else { Err(loaded.failure(problems)) }
 }
 

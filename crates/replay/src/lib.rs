@@ -33,4 +33,4 @@ pub use error::{Damage, LogError, NoState};
 pub use info::{ChannelInfo, Checked, Info};
 pub use log::Log;
 pub use messages::{Entry, Message, Messages};
-pub use source::resolve_particles;
+pub use source::{DamagedSource, resolve_particles};

@@ -27,7 +27,7 @@ impl Folder {
         let thermal = if thermal { r#", "thermal": {"heat_capacity": 1.0}"# } else { "" };
         let text = format!(r#"{{"duration": 1.0, "particles": {particles}{thermal}}}"#);
         let mut scene = Scene::parse(&text, &[]).unwrap();
-        resolve_particles(&mut scene, &self.0).map(|()| scene)
+        resolve_particles(&mut scene, &self.0).map(|_| scene)
     }
 }
 

@@ -14,7 +14,7 @@ use serde_json::{Value, json};
 
 use crate::args::CheckArgs;
 use crate::expectation::{Expectation, expect};
-use crate::failure::{CommandResult, Message, Success};
+use crate::failure::{CommandResult, Message};
 use crate::input::{self, LoadedScene};
 use crate::numbers::{counted, short};
 use crate::output;
@@ -29,6 +29,7 @@ use crate::terms::terms;
 /// All that is wrong with the scene, overlaps included.
 pub fn check(args: &CheckArgs, terminal: &Terminal) -> CommandResult {
     let loaded = input::load(&args.scene)?;
+    let success = loaded.success(terminal);
     let (particles, state) = place(&loaded.scene).map_err(|error| loaded.failure(error.problems))?;
     let report = Report::new(&loaded, particles, state);
     let text = if args.json { format!("{:#}\n", report.json()) } else { report.text() };
@@ -36,7 +37,7 @@ pub fn check(args: &CheckArgs, terminal: &Terminal) -> CommandResult {
     for warning in report.survey.warnings(report.scene) {
         terminal.warning(&Message::new(warning).file(&loaded.file));
     }
-    Ok(Success::Done)
+    Ok(success)
 }
 
 /// All that is said of a scene.

@@ -33,6 +33,7 @@ type Writer = Box<dyn std::io::Write + Send>;
 /// full disk, with what was recorded until then kept.
 pub fn run(args: &RunArgs, terminal: &Terminal) -> CommandResult {
     let loaded = input::load(&args.scene)?;
+    let success = loaded.success(terminal);
     let target = log_target(args, &loaded)?;
     for written in args.summary.iter().chain(&target) {
         output::differs(written, args.scene.scene.path())?;
@@ -60,7 +61,7 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> CommandResult {
     };
     let result = simulation.run(&mut watcher);
     watcher.progress.finish();
-    let ran = Ran { wall: started.elapsed(), result, loaded: &loaded, simulation: &simulation, terminal };
+    let ran = Ran { wall: started.elapsed(), result, success, loaded: &loaded, simulation: &simulation, terminal };
     ran.conclude(log, args)
 }
 
@@ -172,6 +173,8 @@ fn say(terminal: &Terminal, notice: &Notice) {
 struct Ran<'a> {
     wall: Duration,
     result: Result<Outcome, RunError>,
+    /// How a run that reaches its end succeeds.
+    success: Success,
     loaded: &'a LoadedScene,
     simulation: &'a Simulation,
     terminal: &'a Terminal,
@@ -195,7 +198,7 @@ impl Ran<'_> {
                 if let Some(target) = &args.summary {
                     output::write_all(target, args.overwrite, summary.json().as_bytes())?;
                 }
-                Ok(if stopped { Success::Interrupted } else { Success::Done })
+                Ok(if stopped { Success::Interrupted } else { self.success })
             }
             Err(RunError::Observer(error)) => Err(self.recording_failed(error, log)),
             Err(error) => {

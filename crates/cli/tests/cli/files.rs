@@ -232,3 +232,17 @@ fn an_input_is_never_overwritten_by_its_own_output() {
     }
     assert!(scene == folder.read("scene.json") && log == folder.read("log.mcap"));
 }
+
+#[test]
+fn particles_from_a_damaged_log_are_said_to_be() {
+    let folder = Folder::with(PAIR);
+    folder.agglo(&["run", "scene.json", "-o", "log.mcap", "-q"]).code(0);
+    let log = folder.read("log.mcap");
+    folder.write("cut.mcap", &log[..log.len() - 200]);
+    let scene = r#"{ "duration": 0.01, "particles": { "log": { "path": "cut.mcap", "time": 0 } } }"#;
+    folder.write("next.json", scene);
+    folder.agglo(&["run", "next.json", "-o", "next.mcap"]).code(3).says(&["cut.mcap is damaged"]);
+    folder.agglo(&["check", "next.json"]).code(3).says(&["cut.mcap is damaged"]);
+    folder.write("next.json", scene.replace("cut", "log"));
+    folder.agglo(&["run", "next.json", "-o", "whole.mcap"]).code(0);
+}
