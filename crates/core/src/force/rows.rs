@@ -417,3 +417,60 @@ fn square_of(distance: f64) -> f64 {
     let square = distance * distance;
     if square < f64::MAX { square } else { f64::MAX }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{EnergyRows, ForceRows};
+    use crate::domain::Domain;
+    use crate::force::Field;
+    use crate::placement::place;
+    use crate::scene::Scene;
+    use crate::simd::{Task, vectorized};
+    use crate::state::Columns;
+
+    /// Plain code against the machine's widest vectors: exponents with and without their own multiplication chain, a
+    /// switch, binding, open and periodic, block remainders of every length.
+    #[test]
+    fn every_instruction_set_gives_the_same_bits() {
+        for domain in ["", r#", "domain": { "periodic": [2.5, null, 2.5] }"#] {
+            for count in [7, 33, 71, 100] {
+                let text = format!(
+                    r#"{{ "duration": 1, "particles": {{ "random_cube": {{
+                        "count": {count}, "side": 2, "radius": 0.05, "density": 2000 }} }},
+                        "near_field": {{ "attraction": {{ "strength": 0.5, "exponent": 1 }},
+                            "repulsion": {{ "strength": 0.25, "exponent": 2.3 }},
+                            "weight": "mass-product", "cutoff": 1.2, "switch_from": 0.9 }},
+                        "binding": {{ "strength": 1.75, "exponent": 1, "range": 3 }}{domain} }}"#
+                );
+                let scene = Scene::parse(&text, &[]).expect("a valid scene");
+                let (particles, state) = place(&scene).expect("particles without overlap");
+                let (r, n) = (&state.position, particles.len());
+                let periodic = Domain::new(scene.domain.as_ref()).periodic;
+                let field = Field::new(&scene, &particles, r, &periodic).expect("a near field");
+                let forces = |wide: bool| {
+                    let mut force = Columns::zeros(n);
+                    let [x, y, z] = force.axes_mut();
+                    let task = ForceRows { field: &field, r, first: 0, force: [x, y, z] };
+                    if wide {
+                        vectorized(task)
+                    } else {
+                        task.run()
+                    }
+                    force.axes().concat().iter().map(|f| f.to_bits()).collect::<Vec<_>>()
+                };
+                assert_eq!(forces(true), forces(false), "{count}{domain}");
+                let energies = |wide: bool| {
+                    let mut energy = vec![(0.0, 0.0); n];
+                    let task = EnergyRows { field: &field, r, first: 0, energy: &mut energy };
+                    if wide {
+                        vectorized(task)
+                    } else {
+                        task.run()
+                    }
+                    energy.iter().map(|e: &(f64, f64)| (e.0.to_bits(), e.1.to_bits())).collect::<Vec<_>>()
+                };
+                assert_eq!(energies(true), energies(false), "{count}{domain}");
+            }
+        }
+    }
+}

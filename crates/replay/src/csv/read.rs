@@ -42,14 +42,21 @@ impl std::error::Error for CsvError {}
 /// # Errors
 /// The first thing that is wrong, with its line and column.
 pub fn read_particles(input: impl Read) -> Result<Vec<ListedParticle>, CsvError> {
-    let mut reader = csv::ReaderBuilder::new().trim(csv::Trim::All).comment(Some(b'#')).from_reader(input);
-    let header = reader.byte_headers().map_err(|e| from_csv(&e))?.clone();
+    let mut reader =
+        csv::ReaderBuilder::new().trim(csv::Trim::All).has_headers(false).flexible(true).from_reader(input);
+    let mut header = csv::ByteRecord::new();
+    read_row(&mut reader, &mut header)?;
     let columns = Columns::new(&header)?;
     let mut particles = Vec::new();
     let mut latest = f64::NEG_INFINITY;
     let mut record = csv::ByteRecord::new();
-    while reader.read_byte_record(&mut record).map_err(|e| from_csv(&e))? {
-        let row = Row { record: &record, line: record.position().map_or(0, csv::Position::line) };
+    while read_row(&mut reader, &mut record)? {
+        let line = record.position().map_or(0, csv::Position::line);
+        if record.len() != header.len() {
+            let message = format!("there are {} values for {} columns", record.len(), header.len());
+            return Err(CsvError { line, column: 0, message });
+        }
+        let row = Row { record: &record, line };
         let t = columns.t.map_or(Ok(latest.max(0.0)), |column| row.number("t", column))?;
         if t < latest {
             continue;
@@ -64,6 +71,17 @@ pub fn read_particles(input: impl Read) -> Result<Vec<ListedParticle>, CsvError>
         return Err(CsvError { line: 0, column: 0, message: "there is no particle below the header".to_owned() });
     }
     Ok(particles)
+}
+
+/// Reads the next record that is no comment. The reader's own comments would count as part of the record after them, and
+/// its line would be wrong.
+fn read_row(reader: &mut csv::Reader<impl Read>, record: &mut csv::ByteRecord) -> Result<bool, CsvError> {
+    while reader.read_byte_record(record).map_err(|e| from_csv(&e))? {
+        if !record.get(0).is_some_and(|cell| cell.starts_with(b"#")) {
+            return Ok(true);
+        }
+    }
+    Ok(false)
 }
 
 /// Where the columns stand that are used.
@@ -86,7 +104,7 @@ enum Weight {
 
 impl Columns {
     fn new(header: &csv::ByteRecord) -> Result<Self, CsvError> {
-        // Comments may stand above the header.
+        // Comments may stand above the header; an empty file has none.
         let line = header.position().map_or(1, csv::Position::line);
         let mut names: Vec<String> = Vec::new();
         for (k, cell) in header.iter().enumerate() {
@@ -191,9 +209,6 @@ fn from_csv(error: &csv::Error) -> CsvError {
     let line = error.position().map_or(0, csv::Position::line);
     let message = match error.kind() {
         csv::ErrorKind::Io(e) => format!("cannot be read: {e}"),
-        csv::ErrorKind::UnequalLengths { expected_len, len, .. } => {
-            format!("there are {len} values for {expected_len} columns")
-        }
         _ => error.to_string(),
     };
     CsvError { line, column: 0, message }
@@ -239,8 +254,7 @@ mod tests {
         assert_eq!(fails("x,y,z,radius,mass\n"), "there is no particle below the header");
         assert_eq!(fails(""), "line 1: there is no column \"x\"; x, y, z, radius and mass or density are needed");
         let semicolons = fails("# a comment\nx;y;z;radius;mass\n0;0;0;1;1\n");
-        // The record begins where the one before it ended, comments included.
-        assert!(semicolons.starts_with("line 1, column 1:"), "{semicolons}");
+        assert!(semicolons.starts_with("line 2, column 1:"), "{semicolons}");
         assert!(semicolons.ends_with("columns are separated by commas"), "{semicolons}");
         assert!(fails("x,y,z,radius,mass,density\n0,0,0,1,1,1\n").contains("beside \"mass\""));
     }
