@@ -22,5 +22,7 @@ mod size;
 mod source;
 #[path = "log/story.rs"]
 mod story;
+#[path = "log/verify.rs"]
+mod verify;
 #[path = "log/viewers.rs"]
 mod viewers;

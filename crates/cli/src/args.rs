@@ -1,9 +1,20 @@
 //! The command line: commands, options and their help, from which completions and manual pages are generated as well.
 
+mod analyze;
+mod diff;
+mod export;
+mod recover;
+mod replay;
+
+pub use analyze::AnalyzeArgs;
+pub use diff::DiffArgs;
+pub use export::{ExportArgs, ExportFormat};
+pub use recover::RecoverArgs;
+pub use replay::ReplayArgs;
+
 use std::path::PathBuf;
 
 use agglo_core::scene::Setting;
-use agglo_replay::csv::At;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
 use crate::target::Target;
@@ -102,8 +113,16 @@ pub enum Command {
     Init(InitArgs),
     /// Say what is in a log, whole or damaged
     Info(InfoArgs),
+    /// Recompute energies, clusters, temperatures and iterations from a log, and compare them with what it says
+    Analyze(AnalyzeArgs),
+    /// Say what happened at each step of a log, or solve it again and compare bit for bit
+    Replay(ReplayArgs),
+    /// Compare two logs
+    Diff(DiffArgs),
     /// Write the particles of a log for other programs
     Export(ExportArgs),
+    /// Write a valid log of all that is whole in a damaged one
+    Recover(RecoverArgs),
     /// Print the schema of scene files or of log messages
     Schema(SchemaArgs),
     /// Print a shell's completion script
@@ -126,9 +145,17 @@ pub struct SceneArgs {
 /// Arguments of `agglo run`.
 #[derive(Args, Debug)]
 pub struct RunArgs {
-    /// The scene.
-    #[command(flatten)]
-    pub scene: SceneArgs,
+    /// Scene file; `-` reads standard input
+    #[arg(required_unless_present = "resume")]
+    pub scene: Option<Target>,
+    /// Set a value of the scene, such as `solver.step.initial=1e-4`; VALUE is JSON, else a string; `null` removes the
+    /// key, as in `thermal=null`
+    #[arg(long, value_name = "POINTER=VALUE", value_parser = setting)]
+    pub set: Vec<Setting>,
+    /// Go on with the run of this log, from its last checkpoint; what was recorded up to there is carried over, and the
+    /// new log is the one of a run that was never interrupted. Only `--set duration=..` may differ
+    #[arg(long, value_name = "OLD", conflicts_with_all = ["scene", "no_log"], requires = "output")]
+    pub resume: Option<PathBuf>,
     /// Log file; `-` writes to standard output [default: the scene's name with .mcap, in the working folder]
     #[arg(short, long, value_name = "LOG")]
     pub output: Option<Target>,
@@ -181,32 +208,6 @@ pub struct InfoArgs {
     /// Print JSON
     #[arg(long)]
     pub json: bool,
-}
-
-/// Arguments of `agglo export`.
-#[derive(Args, Debug)]
-pub struct ExportArgs {
-    /// Log file
-    pub log: PathBuf,
-    /// Format to write
-    #[arg(long, value_enum)]
-    pub format: ExportFormat,
-    /// Which states: a time in seconds (the last state at or before it), `end`, or `all`
-    #[arg(long, value_name = "T", default_value = "end", allow_negative_numbers = true)]
-    pub at: At,
-    /// File to write; `-` writes to standard output
-    #[arg(short, long, value_name = "PATH")]
-    pub output: Target,
-    /// Replace a file that exists
-    #[arg(long)]
-    pub overwrite: bool,
-}
-
-/// Formats of `agglo export`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum ExportFormat {
-    /// Comma-separated values, a line per particle.
-    Csv,
 }
 
 /// Arguments of `agglo schema`.

@@ -15,6 +15,8 @@ pub enum Success {
     Damaged,
     /// Up to where it was interrupted.
     Interrupted,
+    /// All of it, and what was compared differs.
+    Differs,
 }
 
 /// A command that did not.

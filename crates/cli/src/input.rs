@@ -8,7 +8,6 @@ use agglo_core::scene::{ParticleSource, Problem, Setting, locate};
 
 use agglo_replay::DamagedSource;
 
-use crate::args::SceneArgs;
 use crate::failure::{Failure, Message, SceneProblems, Success};
 use crate::logs;
 use crate::size;
@@ -56,8 +55,8 @@ impl LoadedScene {
 ///
 /// # Errors
 /// What cannot be read, and all that is wrong with the scene.
-pub fn load(args: &SceneArgs) -> Result<LoadedScene, Failure> {
-    let (bytes, file, base, stem) = match &args.scene {
+pub fn load(scene: &Target, settings: &[Setting]) -> Result<LoadedScene, Failure> {
+    let (bytes, file, base, stem) = match scene {
         Target::Standard => {
             (read(std::io::stdin().lock(), "<stdin>")?, "<stdin>".into(), PathBuf::new(), "stdin".into())
         }
@@ -68,7 +67,7 @@ pub fn load(args: &SceneArgs) -> Result<LoadedScene, Failure> {
         }
     };
     let text = decode(bytes, &file)?;
-    let mut scene = match Scene::parse(&text, &args.set) {
+    let mut scene = match Scene::parse(&text, settings) {
         Ok(scene) => scene,
         Err(problems) => return Err(Failure::Scene(Box::new(SceneProblems { file, text, problems }))),
     };
@@ -79,8 +78,23 @@ pub fn load(args: &SceneArgs) -> Result<LoadedScene, Failure> {
         Ok(damaged) if elsewhere => (scene.validate(), damaged),
         Ok(damaged) => (Vec::new(), damaged),
     };
-    let loaded = LoadedScene { scene, damaged, file, text, settings: args.set.clone(), stem };
+    let loaded = LoadedScene { scene, damaged, file, text, settings: settings.to_vec(), stem };
     if problems.is_empty() { Ok(loaded) } else { Err(loaded.failure(problems)) }
+}
+
+/// The scene of a log, with what is set in it.
+///
+/// # Errors
+/// All that is wrong with the scene.
+pub fn recorded(log: &Path, text: String, settings: &[Setting]) -> Result<LoadedScene, Failure> {
+    let file = format!("scene.json in {}", log.display());
+    match Scene::parse(&text, settings) {
+        Ok(scene) => {
+            let stem = log.file_stem().map(PathBuf::from).unwrap_or_default();
+            Ok(LoadedScene { scene, damaged: None, file, text, settings: settings.to_vec(), stem })
+        }
+        Err(problems) => Err(Failure::Scene(Box::new(SceneProblems { file, text, problems }))),
+    }
 }
 
 fn read_file(path: &Path, name: &str) -> Result<Vec<u8>, Failure> {

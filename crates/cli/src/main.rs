@@ -49,6 +49,10 @@ fn dispatch(command: &Command, terminal: &Terminal) -> CommandResult {
         Command::Check(args) => commands::check::check(args, terminal),
         Command::Init(args) => commands::init::init(args, terminal),
         Command::Info(args) => commands::info::info(args, terminal),
+        Command::Analyze(args) => commands::analyze::analyze(args, terminal),
+        Command::Replay(args) => commands::replay::replay(args, terminal),
+        Command::Diff(args) => commands::diff::diff(args, terminal),
+        Command::Recover(args) => commands::recover::recover(args, terminal),
         Command::Export(args) => commands::export::export(args, terminal),
         Command::Schema(args) => commands::schema::schema(args),
         Command::Completions(args) => commands::completions::completions(args),
@@ -56,14 +60,14 @@ fn dispatch(command: &Command, terminal: &Terminal) -> CommandResult {
     }
 }
 
-/// 0 done · 1 ran and failed · 2 bad input or usage · 3 done, but the input is damaged · 130 interrupted; a panic, which
+/// 0 done · 1 ran and failed, or differs · 2 bad input or usage · 3 done, but the input is damaged · 130 interrupted; a panic, which
 /// is a bug, gives 101.
 fn exit_code(result: &CommandResult) -> ExitCode {
     ExitCode::from(match result {
         Ok(Success::Done) | Err(Failure::ClosedPipe) => 0,
         Ok(Success::Damaged) => 3,
         Ok(Success::Interrupted) => interrupt::EXIT_CODE,
-        Err(Failure::Failed(_)) => 1,
+        Ok(Success::Differs) | Err(Failure::Failed(_)) => 1,
         Err(Failure::Input(_) | Failure::Scene(_)) => 2,
     })
 }

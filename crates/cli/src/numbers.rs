@@ -17,6 +17,17 @@ pub fn counted(count: u64, noun: &str) -> String {
     format!("{count} {noun}{}", if count == 1 { "" } else { "s" })
 }
 
+/// A JSON number that reads back to the same one; JSON has none for those that are not finite, which are strings.
+#[must_use]
+pub fn exact(value: f64) -> serde_json::Value {
+    match value {
+        value if value.is_finite() => value.into(),
+        value if value.is_nan() => "NaN".into(),
+        value if value > 0.0 => "Infinity".into(),
+        _ => "-Infinity".into(),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

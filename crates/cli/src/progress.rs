@@ -74,12 +74,22 @@ impl Progress {
         if let Some(clusters) = report.sample.and_then(|sample| sample.clusters.as_ref()) {
             self.clusters = Some(clusters.count);
         }
-        let numbers = Numbers {
+        self.update(Numbers {
             time: report.time,
             step: report.step,
             dt: report.diagnostics.map(|d| d.dt),
             iterations: report.diagnostics.map(|d| d.iterations()),
-        };
+        });
+    }
+
+    /// Shows a step that is carried over from an earlier log.
+    pub fn carried(&mut self, time: f64, step: u64) {
+        if !matches!(self.show, Show::Nothing) {
+            self.update(Numbers { time, step, dt: None, iterations: None });
+        }
+    }
+
+    fn update(&mut self, numbers: Numbers) {
         self.last = Some(numbers);
         let pause = if matches!(self.show, Show::Lines) { LINE } else { REDRAW };
         let now = Instant::now();

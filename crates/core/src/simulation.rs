@@ -355,7 +355,9 @@ impl Simulation {
         self.counters.steps.is_multiple_of(self.record.every_steps.unwrap_or(1))
     }
 
-    fn checkpoint_due(&self, start: bool) -> bool {
+    /// Whether a run that is here writes a checkpoint; `start`: of a run that has not gone anywhere yet.
+    #[must_use]
+    pub fn checkpoint_due(&self, start: bool) -> bool {
         let left = self.duration - self.time;
         let before_clipped = !self.finished() && left < self.next_dt;
         start || before_clipped || self.counters.steps.is_multiple_of(self.record.checkpoint_every)

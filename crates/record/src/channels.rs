@@ -76,10 +76,10 @@ pub enum Topic {
     Clusters,
     /// Spheres, walls and box for viewers.
     Scene,
-    /// All that is needed to go on.
-    Checkpoint,
     /// Messages for people.
     Log,
+    /// All that is needed to go on; last, so that a log that is carried on ends whole with it.
+    Checkpoint,
 }
 
 /// A row of the table of channels.
@@ -121,6 +121,7 @@ pub const CHANNELS: [Channel; 9] = [
     channel!(Energy, "/energy", "agglo.v1.EnergyLedger", "every recorded step", |_| true),
     channel!(Clusters, "/clusters", "agglo.v1.Clusters", "every recorded step", |e| e.clusters),
     channel!(Scene, "/scene", "foxglove.SceneUpdate", "recorded steps, at most at record.markers Hz", |e| e.markers),
+    channel!(Log, "/log", "foxglove.Log", "warnings and notable events", |_| true),
     channel!(
         Checkpoint,
         "/checkpoint",
@@ -128,7 +129,6 @@ pub const CHANNELS: [Channel; 9] = [
         "start, before the clipped last step, every so many steps",
         |_| true
     ),
-    channel!(Log, "/log", "foxglove.Log", "warnings and notable events", |_| true),
 ];
 
 /// The channels that a log of such a scene has.

@@ -6,6 +6,7 @@
 //! | module | holds |
 //! |---|---|
 //! | [`channels`] | the one table of topics, their messages, and when a log has them |
+//! | [`encoder`] | reports to messages, in their order |
 //! | [`convert`] | solver values to messages and back, exactly |
 //! | [`cloud`] | states as rows of `foxglove.PointCloud`, and back |
 //! | [`run`] | the metadata record `run` |
@@ -15,6 +16,7 @@
 pub mod channels;
 pub mod cloud;
 pub mod convert;
+pub mod encoder;
 mod error;
 mod markers;
 mod palette;
@@ -25,6 +27,6 @@ mod sink;
 pub mod size;
 
 pub use error::RecordError;
-pub use recorder::{Options, Recorded, Recorder};
+pub use recorder::{CarriedStep, Options, Recorded, Recorder};
 pub use run::BuildInfo;
 pub use size::{SizeEstimate, estimate, least};

@@ -18,16 +18,16 @@ const GREY: Color = Color { r: 0.6, g: 0.6, b: 0.65, a: 0.25 };
 #[derive(Clone, Debug)]
 pub struct Markers {
     rate: f64,
-    domain: Option<Domain>,
     message: SceneUpdate,
     /// Number of the last interval of 1/rate of log time that has been drawn.
     drawn: Option<u64>,
 }
 
 impl Markers {
-    /// Markers at `rate` Hz of log time.
-    pub fn new(scene: &Scene, rate: f64) -> Self {
-        Self { rate, domain: scene.domain.clone(), message: SceneUpdate::default(), drawn: None }
+    /// Markers at `rate` Hz of log time; box and walls are drawn as large as the start asks for.
+    pub fn new(scene: &Scene, rate: f64, particles: &Particles, start: &State) -> Self {
+        let entities = entities(particles, start, scene.domain.as_ref());
+        Self { rate, message: SceneUpdate { entities, ..SceneUpdate::default() }, drawn: None }
     }
 
     /// Whether a message is due: the first state after the start of every interval of 1/rate of log time.
@@ -41,16 +41,7 @@ impl Markers {
     }
 
     /// The message of a state.
-    pub fn message(
-        &mut self,
-        (t, step, log_time): (f64, u64, u64),
-        particles: &Particles,
-        state: &State,
-        colors: &[[u8; 4]],
-    ) -> &SceneUpdate {
-        if self.message.entities.is_empty() {
-            self.message.entities = entities(particles, state, self.domain.as_ref());
-        }
+    pub fn message(&mut self, (t, step, log_time): (f64, u64, u64), state: &State, colors: &[[u8; 4]]) -> &SceneUpdate {
         self.message.t = t;
         self.message.step = step;
         for entity in &mut self.message.entities {

@@ -6,18 +6,16 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use agglo_core::diagnostics::{Level, Notice};
-use agglo_core::observer::{Flow, Observer, ObserverError, Sample, StepReport};
+use agglo_core::observer::{Flow, Observer, ObserverError, StepReport};
 use agglo_core::scene::{Compression, Scene};
+use agglo_core::state::{Particles, State};
 use mcap::records::MessageHeader;
-use prost::Message;
 
-use crate::channels::{CHANNELS, Effects, Topic, present};
-use crate::cloud::CloudWriter;
-use crate::convert;
+use crate::channels::{CHANNELS, Topic, present};
+use crate::cloud::Frame;
+use crate::encoder::{Encoded, Encoder};
 use crate::error::RecordError;
-use crate::markers::Markers;
-use crate::palette::Palette;
-use crate::run::{self, BuildInfo, RunInfo, log_time};
+use crate::run::{self, BuildInfo, RunInfo};
 use crate::sink::{Sink, sink};
 
 /// Uncompressed size at which a chunk is closed, at the end of a step [bytes]: the smaller, the less is lost when a run
@@ -53,24 +51,11 @@ pub struct Recorded {
 /// A log is whole only after [`Recorder::finish`]; dropping a recorder loses the error of a full disk.
 #[must_use = "a log is whole only after `finish`"]
 pub struct Recorder<W: Write> {
-    writer: mcap::Writer<Sink<W>>,
+    encoder: Encoder,
+    container: Container<W>,
     bytes: Arc<AtomicU64>,
     options: Options,
-    scene: Option<Scene>,
-    effects: Effects,
-    time_scale: f64,
-    ids: [Option<u16>; CHANNELS.len()],
-    counts: [u32; CHANNELS.len()],
-    cloud: CloudWriter,
-    markers: Option<(Markers, Palette)>,
-    buffer: Vec<u8>,
-    /// Time, step and log time of the last step seen.
-    last: (f64, u64, u64),
     started: bool,
-    pending_bytes: usize,
-    pending_steps: u64,
-    messages: u64,
-    frames: u64,
     failure: Option<String>,
 }
 
@@ -81,7 +66,8 @@ impl<W: Write> Recorder<W> {
     /// # Errors
     /// A write that failed; a scene whose particles still refer to a file or log.
     pub fn create(writer: W, scene: &Scene, build: &BuildInfo, options: Options) -> Result<Self, RecordError> {
-        let effects = Effects::of(scene)?;
+        let encoder = Encoder::new(scene)?;
+        let effects = *encoder.effects();
         let scene_json = scene.to_json();
         let run = RunInfo::new(scene, &scene_json, effects.particles, build);
 
@@ -103,26 +89,9 @@ impl<W: Write> Recorder<W> {
             ids[channel.topic as usize] =
                 Some(writer.add_channel(schema, channel.name, "protobuf", &BTreeMap::new())?);
         }
-        Ok(Self {
-            writer,
-            bytes,
-            options,
-            scene: effects.markers.then(|| scene.clone()),
-            effects,
-            time_scale: scene.record.time_scale,
-            ids,
-            counts: [0; CHANNELS.len()],
-            cloud: CloudWriter::new(&effects),
-            markers: None,
-            buffer: Vec::new(),
-            last: (0.0, 0, 0),
-            started: false,
-            pending_bytes: 0,
-            pending_steps: 0,
-            messages: 0,
-            frames: 0,
-            failure: None,
-        })
+        let container =
+            Container { writer, ids, counts: [0; CHANNELS.len()], pending_bytes: 0, pending_steps: 0, messages: 0 };
+        Ok(Self { encoder, container, bytes, options, started: false, failure: None })
     }
 
     /// Writes a message to `/log` at the time of the last step, for what the solver cannot say itself: why a run ended.
@@ -144,8 +113,13 @@ impl<W: Write> Recorder<W> {
     /// # Errors
     /// A write that failed, now or before: the log is then cut off, though all chunks up to there are whole.
     pub fn finish(mut self) -> Result<Recorded, RecordError> {
-        self.guarded(|recorder| Ok(recorder.writer.finish().map(drop)?))?;
-        Ok(Recorded { bytes: self.bytes_written(), messages: self.messages, frames: self.frames })
+        self.guarded(|recorder| Ok(recorder.container.writer.finish().map(drop)?))?;
+        let Container { messages, counts, .. } = &self.container;
+        Ok(Recorded {
+            bytes: self.bytes_written(),
+            messages: *messages,
+            frames: counts[Topic::Particles as usize].into(),
+        })
     }
 
     /// Runs what may fail to write, and refuses to go on after a failure: what follows it would be taken for whole.
@@ -161,95 +135,48 @@ impl<W: Write> Recorder<W> {
     }
 
     fn record(&mut self, report: &StepReport<'_>) -> Result<(), RecordError> {
-        // Taken apart without `..`: what the solver newly reports must be recorded.
-        let StepReport { time, step, particles, state, diagnostics, impacts, sample, checkpoint, notices } = *report;
-        self.last = (time, step, log_time(time, self.time_scale));
-        self.check(report)?;
-        if !self.started {
-            self.send(Topic::ParticlesStatic, &convert::particles(time, step, particles))?;
-            if let Some(scene) = self.scene.take() {
-                let palette = Palette::new(&scene, particles, state);
-                self.markers = Some((Markers::new(&scene, scene.record.markers), palette));
-            }
-        }
-        if let Some(diagnostics) = diagnostics {
-            self.send(Topic::Diagnostics, &convert::diagnostics(time, step, diagnostics))?;
-        }
-        if !impacts.is_empty() {
-            self.send(Topic::Impacts, &convert::impacts(time, step, impacts))?;
-        }
-        if let Some(sample) = sample {
-            self.frame(report, sample)?;
-        }
-        if let Some(checkpoint) = checkpoint {
-            self.send(Topic::Checkpoint, &convert::checkpoint(checkpoint))?;
-        }
-        for notice in notices {
-            self.notice(notice)?;
-        }
-        self.pending_steps += 1;
-        // The start is written out at once: a log that is cut off later still says what was run.
-        if !self.started || self.pending_bytes >= CHUNK_BYTES || self.pending_steps >= CHUNK_STEPS {
-            self.flush()?;
-        }
-        self.started = true;
-        Ok(())
-    }
-
-    /// A recorded state, with what is computed for recorded states only.
-    fn frame(&mut self, report: &StepReport<'_>, sample: &Sample) -> Result<(), RecordError> {
-        let (time, step, log_time) = self.last;
-        let clusters = if self.effects.clusters { sample.clusters.as_ref() } else { None };
-        let mut markers = self.markers.take();
-        let colors = markers.as_mut().map(|(_, palette)| palette.colors(report.particles, report.state));
-        self.buffer.clear();
-        self.cloud.encode(&mut self.buffer, self.last, report.state, clusters.map(|found| &found.of[..]), colors);
-        self.send_buffer(Topic::Particles)?;
-        self.send(Topic::Energy, &convert::energy(time, step, sample))?;
-        if let Some(clusters) = clusters {
-            self.send(Topic::Clusters, &convert::clusters(time, step, clusters))?;
-        }
-        if let Some((markers, palette)) = &mut markers
-            && markers.due(log_time)
-        {
-            self.send(Topic::Scene, markers.message(self.last, report.particles, report.state, palette.last()))?;
-        }
-        self.markers = markers;
-        self.frames += 1;
-        Ok(())
+        let Self { encoder, container, .. } = self;
+        encoder.step(report, &mut |message| container.send(message))?;
+        self.end_step()
     }
 
     fn notice(&mut self, notice: &Notice) -> Result<(), RecordError> {
-        let (time, step, log_time) = self.last;
-        self.send(Topic::Log, &convert::notice(time, step, log_time, notice))
+        let Self { encoder, container, .. } = self;
+        encoder.notice(notice, &mut |message| container.send(message))
     }
 
-    fn send(&mut self, topic: Topic, message: &impl Message) -> Result<(), RecordError> {
-        self.buffer.clear();
-        // Encoding into a Vec cannot run out of space.
-        let _ = message.encode(&mut self.buffer);
-        self.send_buffer(topic)
+    /// Takes over one step of an earlier log of the same run, its messages as they stand there. [`Recorder::begin`] must
+    /// have been called before.
+    ///
+    /// # Errors
+    /// A write that failed, now or before; a message of a channel that the scene does not have.
+    pub fn carry(&mut self, particles: &Particles, step: &CarriedStep) -> Result<(), RecordError> {
+        self.guarded(|recorder| {
+            if let Some(frame) = &step.frame {
+                recorder.encoder.pass(particles, frame);
+            }
+            for (topic, log_time, data) in &step.messages {
+                recorder.container.send(Encoded { topic: *topic, log_time: *log_time, data })?;
+            }
+            recorder.end_step()
+        })
     }
 
-    fn send_buffer(&mut self, topic: Topic) -> Result<(), RecordError> {
-        let Some(channel_id) = self.ids[topic as usize] else {
-            let name = CHANNELS[topic as usize].name;
-            return Err(RecordError::Mismatch(format!("a message for {name}, which this scene does not have")));
-        };
-        let count = &mut self.counts[topic as usize];
-        let (_, _, log_time) = self.last;
-        let header = MessageHeader { channel_id, sequence: *count, log_time, publish_time: log_time };
-        *count = count.wrapping_add(1);
-        self.writer.write_to_known_channel(&header, &self.buffer)?;
-        self.messages += 1;
-        self.pending_bytes += self.buffer.len();
-        Ok(())
+    /// Takes note of the start of a run whose first steps are carried over from an earlier log.
+    pub fn begin(&mut self, particles: &Particles, start: &State) {
+        self.encoder.begin(particles, start);
     }
 
-    fn flush(&mut self) -> Result<(), RecordError> {
-        self.writer.flush()?;
-        self.pending_bytes = 0;
-        self.pending_steps = 0;
+    /// Closes the chunk at the end of a step when it is due.
+    fn end_step(&mut self) -> Result<(), RecordError> {
+        self.container.pending_steps += 1;
+        // The start is written out at once: a log that is cut off later still says what was run.
+        let first = !std::mem::replace(&mut self.started, true);
+        let Container { pending_bytes, pending_steps, .. } = self.container;
+        if !first && pending_bytes < CHUNK_BYTES && pending_steps < CHUNK_STEPS {
+            return Ok(());
+        }
+        self.container.flush()?;
         match self.options.max_bytes {
             Some(limit) if self.bytes_written() > limit => {
                 Err(RecordError::TooLarge { bytes: self.bytes_written(), limit })
@@ -257,24 +184,48 @@ impl<W: Write> Recorder<W> {
             _ => Ok(()),
         }
     }
+}
 
-    /// Columns of a length or presence that the log's layout does not have would be written as nonsense.
-    fn check(&self, report: &StepReport<'_>) -> Result<(), RecordError> {
-        let n = self.effects.particles;
-        let state = report.state;
-        let thermal = state.temperature.as_ref().map(Vec::len);
-        let clusters = report.sample.and_then(|sample| sample.clusters.as_ref()).map(|clusters| clusters.of.len());
-        let expected = |on: bool| on.then_some(n);
-        let fault = if report.particles.len() != n || state.position.len() != n || state.velocity.len() != n {
-            format!("{} particles instead of {n}", state.position.len())
-        } else if thermal != expected(self.effects.thermal) {
-            format!("{thermal:?} temperatures instead of {:?}", expected(self.effects.thermal))
-        } else if report.sample.is_some() && clusters != expected(self.effects.clusters) {
-            format!("clusters of {clusters:?} particles instead of {:?}", expected(self.effects.clusters))
-        } else {
-            return Ok(());
+/// A step of an earlier log, as it stands there.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct CarriedStep {
+    /// Channel, log time [ns] and content of its messages.
+    pub messages: Vec<(Topic, u64, Vec<u8>)>,
+    /// Its recorded state, if it has one.
+    pub frame: Option<Frame>,
+}
+
+/// The MCAP file being written.
+struct Container<W: Write> {
+    writer: mcap::Writer<Sink<W>>,
+    ids: [Option<u16>; CHANNELS.len()],
+    counts: [u32; CHANNELS.len()],
+    pending_bytes: usize,
+    pending_steps: u64,
+    messages: u64,
+}
+
+impl<W: Write> Container<W> {
+    fn send(&mut self, message: Encoded<'_>) -> Result<(), RecordError> {
+        let Encoded { topic, log_time, data } = message;
+        let Some(channel_id) = self.ids[topic as usize] else {
+            let name = CHANNELS[topic as usize].name;
+            return Err(RecordError::Mismatch(format!("a message for {name}, which this scene does not have")));
         };
-        Err(RecordError::Mismatch(fault))
+        let count = &mut self.counts[topic as usize];
+        let header = MessageHeader { channel_id, sequence: *count, log_time, publish_time: log_time };
+        *count = count.wrapping_add(1);
+        self.writer.write_to_known_channel(&header, data)?;
+        self.messages += 1;
+        self.pending_bytes += data.len();
+        Ok(())
+    }
+
+    fn flush(&mut self) -> Result<(), RecordError> {
+        self.writer.flush()?;
+        self.pending_bytes = 0;
+        self.pending_steps = 0;
+        Ok(())
     }
 }
 

@@ -140,7 +140,7 @@ impl<R: Read + Seek> Log<R> {
                 Err(error) => note(error)?,
             }
         }
-        let described: Vec<_> = self.channels.values().flatten().copied().collect();
+        let described: Vec<_> = self.channels.values().filter_map(|channel| channel.topic).collect();
         let mut channels: Vec<ChannelInfo> = CHANNELS
             .iter()
             .zip(count.messages)

@@ -13,7 +13,8 @@ use mcap::records::{Record, op};
 
 use crate::container::Container;
 use crate::error::{Damage, LogError, NoState};
-use crate::messages::{Channels, Message, Messages, topic_of};
+use crate::messages::{Channel, Channels, Message, Messages, RawMessages};
+use crate::steps::Steps;
 
 /// Times that differ by less than this part of them are the same: a step's end adds up to 0.3000000000000001 s where
 /// people write 0.3 [-].
@@ -78,13 +79,13 @@ impl<R: Read + Seek> Log<R> {
     fn find_channels(&mut self) -> Result<Channels, LogError> {
         if let Some(index) = &self.container.index {
             let channels = index.summary.channels.values();
-            return Ok(channels.map(|channel| (channel.id, topic_of(&channel.topic))).collect());
+            return Ok(channels.map(|channel| (channel.id, Channel::named(&channel.topic))).collect());
         }
         let mut channels = Channels::new();
         let Some(first) = self.container.chunks.first().copied() else { return Ok(channels) };
         let mut reader = self.container.open_chunk(first);
         let channel = |opcode, body: &[u8]| match mcap::parse_record(opcode, body) {
-            Ok(Record::Channel(channel)) if opcode == op::CHANNEL => Some((channel.id, topic_of(&channel.topic))),
+            Ok(Record::Channel(channel)) if opcode == op::CHANNEL => Some((channel.id, Channel::named(&channel.topic))),
             _ => None,
         };
         // Damage comes up when the messages are read.
@@ -145,6 +146,17 @@ impl<R: Read + Seek> Log<R> {
     pub fn messages(&mut self) -> Messages<'_, R> {
         let all = 0..self.container.chunks.len();
         Messages::new(self, all)
+    }
+
+    /// All steps, the messages of each gathered.
+    pub fn steps(&mut self) -> Steps<'_, R> {
+        Steps::new(self.messages())
+    }
+
+    /// All messages as they stand in the log, in the order in which they were written.
+    pub fn raw_messages(&mut self) -> RawMessages<'_, R> {
+        let all = 0..self.container.chunks.len();
+        RawMessages::new(self, all)
     }
 
     /// The messages of some chunks.

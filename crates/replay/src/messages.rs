@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 use std::io::{Read, Seek};
+use std::sync::Arc;
 
 use agglo_core::checkpoint::Checkpoint;
 use agglo_core::diagnostics::{Notice, StepDiagnostics};
@@ -9,7 +10,7 @@ use agglo_core::impact::Impact;
 use agglo_core::ledger::{Ledger, Momentum};
 use agglo_core::observer::Clusters;
 use agglo_core::state::Particles;
-use agglo_record::channels::{Topic, by_name};
+use agglo_record::channels::{CHANNELS, Topic, by_name};
 use agglo_record::cloud::{self, Frame};
 use agglo_record::convert::{self, Malformed};
 use agglo_record::proto::agglo::v1;
@@ -20,6 +21,7 @@ use prost::Message as _;
 use crate::container::{ChunkReader, ChunkRef, Fault};
 use crate::error::{Damage, LogError};
 use crate::log::Log;
+use crate::wire;
 
 /// A message of a log.
 #[derive(Clone, Debug, PartialEq)]
@@ -72,7 +74,7 @@ impl Message {
         }
     }
 
-    fn decode(topic: Topic, data: &[u8]) -> Result<Entry, Malformed> {
+    pub(crate) fn decode(topic: Topic, data: &[u8]) -> Result<Entry, Malformed> {
         let cut = |error: prost::DecodeError| Malformed(error.to_string());
         Ok(match topic {
             Topic::ParticlesStatic => {
@@ -123,13 +125,63 @@ impl Message {
     }
 }
 
-/// Iterates over the messages of a log.
+/// A message as it stands in the log.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct RawMessage {
+    /// Its channel.
+    pub channel: Channel,
+    /// Running number on its channel.
+    pub sequence: u32,
+    /// Log time [ns].
+    pub log_time: u64,
+    /// Publish time [ns].
+    pub publish_time: u64,
+    /// The message, encoded.
+    pub data: Vec<u8>,
+}
+
+impl RawMessage {
+    /// The message, decoded; `None` on channels that this version does not know.
+    ///
+    /// # Errors
+    /// A message that makes no sense.
+    pub fn decode(&self) -> Result<Option<Entry>, Malformed> {
+        self.channel.topic.map(|topic| Message::decode(topic, &self.data)).transpose()
+    }
+
+    /// Time [s] and step, read without decoding the rest; `None` where the encoding is broken or the channel unknown.
+    #[must_use]
+    pub fn key(&self) -> Option<(f64, u64)> {
+        wire::key(self.channel.topic?, &self.data)
+    }
+}
+
+/// A channel of a log.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Channel {
+    /// Its name.
+    pub name: Arc<str>,
+    /// What it is to us; `None` for channels that this version does not know.
+    pub topic: Option<Topic>,
+}
+
+impl Channel {
+    /// The channel of this name.
+    pub fn named(name: &str) -> Self {
+        Self { name: name.into(), topic: by_name(name).map(|channel| channel.topic) }
+    }
+}
+
+/// The channel of every channel number that has been met.
+pub type Channels = BTreeMap<u16, Channel>;
+
+/// Iterates over the messages of a log as they stand in it.
 ///
 /// A part that is lost comes up as [`LogError::Damaged`] in its place, and a log that was cut off ends with one; the
 /// messages behind it follow if the iteration goes on. After [`LogError::Io`] it ends.
-pub struct Messages<'a, R> {
+pub struct RawMessages<'a, R> {
     log: &'a mut Log<R>,
-    /// Topics that are wanted; `None`: all.
+    /// Topics that are wanted; `None`: all, unknown ones included.
     only: Option<Vec<Topic>>,
     channels: Channels,
     /// Chunks still to be read, the next one last.
@@ -139,18 +191,15 @@ pub struct Messages<'a, R> {
     known: Vec<Damage>,
 }
 
-/// Topic of every channel number that has been met; `None` for topics that this version does not know.
-pub type Channels = BTreeMap<u16, Option<Topic>>;
-
 /// What came out of one record.
 enum Step {
-    Entry(Box<Entry>),
-    Channel(u16, Option<Topic>),
+    Message(RawMessage),
+    Channel(u16, Channel),
     Malformed(String),
     Nothing,
 }
 
-impl<'a, R: Read + Seek> Messages<'a, R> {
+impl<'a, R: Read + Seek> RawMessages<'a, R> {
     pub(crate) fn new(log: &'a mut Log<R>, chunks: std::ops::Range<usize>) -> Self {
         let chunks: Vec<ChunkRef> = log.container.chunks[chunks].iter().rev().copied().collect();
         let known = log.container.damage.iter().rev().cloned().collect();
@@ -158,7 +207,7 @@ impl<'a, R: Read + Seek> Messages<'a, R> {
         Self { log, only: None, channels, chunks, open: None, known }
     }
 
-    /// The same, with the messages of these topics only; the others are not decoded.
+    /// The same, with the messages of these topics only; the others are not even copied.
     #[must_use]
     pub fn only(mut self, topics: &[Topic]) -> Self {
         self.only = Some(topics.to_vec());
@@ -170,13 +219,18 @@ impl<'a, R: Read + Seek> Messages<'a, R> {
         self.known.clear();
         self
     }
+
+    /// Where the chunk that is being read begins [byte].
+    fn offset(&self) -> u64 {
+        self.open.as_ref().map_or(self.log.container.size, |(chunk, _)| chunk.offset)
+    }
 }
 
 /// Reads one record of a chunk.
 fn examine(channels: &Channels, only: Option<&[Topic]>, opcode: u8, body: &[u8]) -> Step {
     match opcode {
         op::CHANNEL => match mcap::parse_record(opcode, body) {
-            Ok(Record::Channel(channel)) => Step::Channel(channel.id, topic_of(&channel.topic)),
+            Ok(Record::Channel(channel)) => Step::Channel(channel.id, Channel::named(&channel.topic)),
             _ => Step::Malformed("a channel record".to_owned()),
         },
         op::MESSAGE => {
@@ -184,27 +238,31 @@ fn examine(channels: &Channels, only: Option<&[Topic]>, opcode: u8, body: &[u8])
             let Some((head, data)) = body.split_at_checked(2 + 4 + 8 + 8) else {
                 return Step::Malformed("a message record".to_owned());
             };
-            let Some(topic) = channels.get(&u16::from_le_bytes([head[0], head[1]])) else {
+            let Some(channel) = channels.get(&u16::from_le_bytes([head[0], head[1]])) else {
                 return Step::Malformed("a message on a channel that is not described".to_owned());
             };
-            let wanted = |topic: &Topic| only.is_none_or(|only| only.contains(topic));
-            match topic.filter(wanted).map(|topic| Message::decode(topic, data)) {
-                None => Step::Nothing,
-                Some(Ok(entry)) => Step::Entry(Box::new(entry)),
-                Some(Err(malformed)) => Step::Malformed(malformed.to_string()),
+            if only.is_some_and(|only| channel.topic.is_none_or(|topic| !only.contains(&topic))) {
+                return Step::Nothing;
             }
+            let word = |at: usize| u64::from_le_bytes(std::array::from_fn(|k| head[at + k]));
+            Step::Message(RawMessage {
+                channel: channel.clone(),
+                sequence: u32::from_le_bytes(std::array::from_fn(|k| head[2 + k])),
+                log_time: word(6),
+                publish_time: word(14),
+                data: data.to_vec(),
+            })
         }
         _ => Step::Nothing,
     }
 }
 
-/// The channel of this name; `None` where this version does not know it.
-pub fn topic_of(name: &str) -> Option<Topic> {
-    by_name(name).map(|channel| channel.topic)
+fn senseless(offset: u64, what: &str) -> LogError {
+    LogError::Damaged(Damage { offset, what: format!("a message in the chunk from here makes no sense: {what}") })
 }
 
-impl<R: Read + Seek> Iterator for Messages<'_, R> {
-    type Item = Result<Entry, LogError>;
+impl<R: Read + Seek> Iterator for RawMessages<'_, R> {
+    type Item = Result<RawMessage, LogError>;
 
     fn next(&mut self) -> Option<Self::Item> {
         loop {
@@ -233,15 +291,54 @@ impl<R: Read + Seek> Iterator for Messages<'_, R> {
                 Some(Ok(step)) => {
                     self.open = Some((chunk, reader));
                     match step {
-                        Step::Entry(entry) => return Some(Ok(*entry)),
-                        Step::Channel(id, topic) => drop(self.channels.insert(id, topic)),
-                        Step::Malformed(what) => {
-                            let what = format!("a message in the chunk from here makes no sense: {what}");
-                            return Some(Err(LogError::Damaged(Damage { offset: chunk.offset, what })));
-                        }
+                        Step::Message(message) => return Some(Ok(message)),
+                        Step::Channel(id, channel) => drop(self.channels.insert(id, channel)),
+                        Step::Malformed(what) => return Some(Err(senseless(chunk.offset, &what))),
                         Step::Nothing => {}
                     }
                 }
+            }
+        }
+    }
+}
+
+/// Iterates over the messages of a log, decoded; channels that this version does not know are passed over. Damage comes
+/// up as in [`RawMessages`].
+pub struct Messages<'a, R> {
+    raw: RawMessages<'a, R>,
+}
+
+impl<'a, R: Read + Seek> Messages<'a, R> {
+    pub(crate) fn new(log: &'a mut Log<R>, chunks: std::ops::Range<usize>) -> Self {
+        let known: Vec<Topic> = CHANNELS.iter().map(|channel| channel.topic).collect();
+        Self { raw: RawMessages::new(log, chunks).only(&known) }
+    }
+
+    /// The same, with the messages of these topics only; the others are not decoded.
+    #[must_use]
+    pub fn only(self, topics: &[Topic]) -> Self {
+        Self { raw: self.raw.only(topics) }
+    }
+
+    /// The same, without the damage that was known before: for a part of a log.
+    pub(crate) fn part(self) -> Self {
+        Self { raw: self.raw.part() }
+    }
+}
+
+impl<R: Read + Seek> Iterator for Messages<'_, R> {
+    type Item = Result<Entry, LogError>;
+
+    fn next(&mut self) -> Option<Self::Item> {
+        loop {
+            let message = match self.raw.next()? {
+                Ok(message) => message,
+                Err(error) => return Some(Err(error)),
+            };
+            match message.decode() {
+                Ok(Some(entry)) => return Some(Ok(entry)),
+                Ok(None) => {}
+                Err(malformed) => return Some(Err(senseless(self.raw.offset(), &malformed.to_string()))),
             }
         }
     }

@@ -28,7 +28,7 @@ use crate::terms::terms;
 /// # Errors
 /// All that is wrong with the scene, overlaps included.
 pub fn check(args: &CheckArgs, terminal: &Terminal) -> CommandResult {
-    let loaded = input::load(&args.scene)?;
+    let loaded = input::load(&args.scene.scene, &args.scene.set)?;
     let success = loaded.success(terminal);
     let (particles, state) = place(&loaded.scene).map_err(|error| loaded.failure(error.problems))?;
     let report = Report::new(&loaded, particles, state);

@@ -8,6 +8,7 @@ use agglo_core::observer::ObserverError;
 use agglo_core::{Ending, Flow, Observer, Outcome, RunError, Simulation, StepReport};
 use agglo_record::{BuildInfo, Options, RecordError, Recorded, Recorder};
 
+use super::resume::Earlier;
 use crate::args::{COMMIT, RunArgs, VERSION};
 use crate::expectation::expect;
 use crate::failure::{CommandResult, Failure, Message, Success};
@@ -24,7 +25,7 @@ use crate::terminal::Terminal;
 const LARGE: u64 = 1 << 30;
 
 /// Where a log is written to.
-type Writer = Box<dyn std::io::Write + Send>;
+pub(super) type Writer = Box<dyn std::io::Write + Send>;
 
 /// Runs the command.
 ///
@@ -32,11 +33,16 @@ type Writer = Box<dyn std::io::Write + Send>;
 /// A scene or an output that cannot be used, before anything is written; later a step that cannot be completed or a
 /// full disk, with what was recorded until then kept.
 pub fn run(args: &RunArgs, terminal: &Terminal) -> CommandResult {
-    let loaded = input::load(&args.scene)?;
-    let success = loaded.success(terminal);
+    let (loaded, mut earlier) = match (&args.resume, &args.scene) {
+        (Some(old), _) => Earlier::open(old, &args.set, terminal).map(|(loaded, earlier)| (loaded, Some(earlier)))?,
+        (None, Some(scene)) => (input::load(scene, &args.set)?, None),
+        (None, None) => return Err(Failure::Input(Message::new("there is no scene to run"))),
+    };
+    let success = earlier.as_ref().map_or_else(|| loaded.success(terminal), |earlier| earlier.success);
     let target = log_target(args, &loaded)?;
     for written in args.summary.iter().chain(&target) {
-        output::differs(written, args.scene.scene.path())?;
+        output::differs(written, args.scene.as_ref().and_then(Target::path))?;
+        output::differs(written, args.resume.as_deref())?;
         output::check(written, args.overwrite)?;
     }
     let interrupt = Interrupt::install()?;
@@ -53,12 +59,19 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> CommandResult {
         None => None,
     };
     let started = Instant::now();
-    let mut watcher = Watcher {
-        recorder: log.as_mut().map(|log| &mut log.recorder),
-        progress: Progress::new(terminal, loaded.scene.duration),
-        interrupt: &interrupt,
-        terminal,
-    };
+    let mut progress = Progress::new(terminal, loaded.scene.duration);
+    if let (Some(earlier), Some(log)) = (&mut earlier, &mut log) {
+        let watch = |t, step| {
+            progress.carried(t, step);
+            !interrupt.asked()
+        };
+        if !earlier.carry(&loaded, &mut simulation, &mut log.recorder, log.output.name(), watch)? {
+            terminal.note("interrupted before the earlier log was carried over; nothing was written");
+            return Ok(Success::Interrupted);
+        }
+    }
+    let mut watcher =
+        Watcher { recorder: log.as_mut().map(|log| &mut log.recorder), progress, interrupt: &interrupt, terminal };
     let result = simulation.run(&mut watcher);
     watcher.progress.finish();
     let ran = Ran { wall: started.elapsed(), result, success, loaded: &loaded, simulation: &simulation, terminal };
@@ -273,7 +286,7 @@ impl Ran<'_> {
     }
 }
 
-fn log_failure(name: &str, error: &RecordError) -> Failure {
+pub(super) fn log_failure(name: &str, error: &RecordError) -> Failure {
     match error {
         RecordError::Write(error) => Failure::write(name, error),
         other => Failure::Failed(Message::new(other.to_string()).file(name)),

@@ -5,6 +5,7 @@
 //! `runs`     runs and their logs: summary, streams, interruption, failure, the same bytes every time
 //! `files`    what is read and written: overwriting, folders, full disks, closed pipes
 //! `logs`     `info` and `export`, on whole and damaged logs
+//! `replay`   steps listed and verified, runs that go on: interrupted, cut off, killed
 //! `readme`   every command of the README
 
 #![allow(clippy::unwrap_used)] // What is unexpected fails the test.
@@ -13,6 +14,7 @@ mod files;
 mod help;
 mod logs;
 mod readme;
+mod replay;
 mod runs;
 mod scenes;
 

@@ -1,0 +1,1 @@
+//! A valid log of all that is whole in a damaged one.

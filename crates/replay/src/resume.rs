@@ -1,0 +1,130 @@
+//! Going on with a recorded run: what is taken over from its log, and from where it is solved again.
+
+use std::io::{Read, Seek, Write};
+
+use agglo_core::checkpoint::Checkpoint;
+use agglo_core::state::Particles;
+use agglo_record::channels::Topic;
+use agglo_record::{CarriedStep, RecordError, Recorder};
+
+use crate::error::{Damage, LogError};
+use crate::log::Log;
+use crate::messages::{Entry, Message, RawMessage};
+
+/// Times closer than this share of a run's duration are not told apart [-].
+const SAME_TIME: f64 = 1e-9;
+
+/// From where a run can go on.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Resumption {
+    /// The checkpoint.
+    pub checkpoint: Checkpoint,
+    /// The last step of the log that is whole up to there: steps behind the checkpoint are solved again.
+    pub last_step: u64,
+    /// Time of that step [s].
+    pub last_time: f64,
+    /// What is lost of the log, as far as it was read.
+    pub damage: Vec<Damage>,
+}
+
+/// What was taken over could not be.
+#[derive(Debug)]
+pub enum CarryError {
+    /// The old log could not be read.
+    Log(LogError),
+    /// The new log could not be written.
+    Record(RecordError),
+}
+
+impl std::fmt::Display for CarryError {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Self::Log(error) => error.fmt(f),
+            Self::Record(error) => error.fmt(f),
+        }
+    }
+}
+
+impl std::error::Error for CarryError {}
+
+impl<R: Read + Seek> Log<R> {
+    /// The last checkpoint from which a run to `duration` [s] can go on so that it is the run that was never
+    /// interrupted. `recorded` is the duration that the log was recorded for [s]: where the two differ, steps that either
+    /// end may have cut short are solved again. `None` where not even the start is whole.
+    ///
+    /// # Errors
+    /// A device that fails. Damage ends the search; what is whole before it is used.
+    pub fn resumption(&mut self, recorded: f64, duration: f64) -> Result<Option<Resumption>, LogError> {
+        let nearest_end = if recorded == duration { f64::INFINITY } else { recorded.min(duration) };
+        let (mut found, mut damage) = (None, Vec::new());
+        let (mut last_step, mut last_time) = (0, 0.0);
+        for entry in self.messages().only(&[Topic::Diagnostics, Topic::Checkpoint]) {
+            let Entry { t, step, message } = match entry {
+                Ok(entry) => entry,
+                Err(LogError::Damaged(lost)) => {
+                    damage.push(lost);
+                    break;
+                }
+                Err(other) => return Err(other),
+            };
+            match message {
+                // Every step has diagnostics: a number that is skipped is a step that is lost.
+                Message::Diagnostics(diagnostics) => {
+                    let first_attempt = diagnostics.rejected.first().map_or(diagnostics.dt, |attempt| attempt.dt);
+                    if step != last_step + 1 || last_time + first_attempt >= nearest_end * (1.0 - SAME_TIME) {
+                        break;
+                    }
+                    (last_step, last_time) = (step, t);
+                }
+                Message::Checkpoint(checkpoint) if step == last_step => found = Some(*checkpoint),
+                _ => break,
+            }
+        }
+        Ok(found.map(|checkpoint| Resumption { checkpoint, last_step, last_time, damage }))
+    }
+
+    /// Writes the steps up to a checkpoint to a new log, as they stand here. The checkpoint itself goes with them only if
+    /// the new run would write it: `keep`. `watch` sees time [s] and number of every step, and ends this by returning false,
+    /// which then comes back.
+    ///
+    /// # Errors
+    /// What cannot be read or written.
+    pub fn carry<W: Write>(
+        &mut self,
+        checkpoint: &Checkpoint,
+        keep: bool,
+        particles: &Particles,
+        recorder: &mut Recorder<W>,
+        mut watch: impl FnMut(f64, u64) -> bool,
+    ) -> Result<bool, CarryError> {
+        let mut step = CarriedStep::default();
+        let mut number = 0;
+        for message in self.raw_messages() {
+            let message = message.map_err(CarryError::Log)?;
+            let (Some(topic), Some((t, of))) = (message.channel.topic, message.key()) else { continue };
+            if of != number {
+                recorder.carry(particles, &step).map_err(CarryError::Record)?;
+                step = CarriedStep::default();
+                number = of;
+                if !watch(t, of) {
+                    return Ok(false);
+                }
+            }
+            let RawMessage { log_time, data, .. } = message;
+            let last = topic == Topic::Checkpoint && of == checkpoint.step;
+            if topic == Topic::Particles
+                && let Ok(Entry { message: Message::Particles(frame), .. }) = Message::decode(topic, &data)
+            {
+                step.frame = Some(frame);
+            }
+            if !last || keep {
+                step.messages.push((topic, log_time, data));
+            }
+            if last {
+                break;
+            }
+        }
+        recorder.carry(particles, &step).map_err(CarryError::Record)?;
+        Ok(true)
+    }
+}
