@@ -1,5 +1,6 @@
 //! The energy ledger: what must balance, and the residual that nothing explains.
 
+use crate::assembly::Model;
 use crate::clusters;
 use crate::math::Sum;
 use crate::observer::Sample;
@@ -70,36 +71,14 @@ impl Simulation {
     }
 
     fn ledger(&self) -> Ledger {
-        let (mass, r) = (&self.particles.mass, &self.state.position);
-        let n = mass.len();
-        let (near_field, binding) = self.model.field.as_ref().map_or((0.0, 0.0), |field| field.energies(r));
-        let external = self.model.external.as_ref().map_or(0.0, |external| external.energy(r));
-        let thermal: Sum = match (&self.state.temperature, self.model.heat_capacity) {
-            (Some(theta), Some(capacity)) => (0..n).map(|i| mass[i] * capacity * theta[i]).collect(),
-            _ => Sum::default(),
-        };
-        let totals = self.totals;
-        let mut ledger = Ledger {
-            kinetic: kinetic_energy(&self.particles, &self.state),
-            near_field,
-            binding,
-            external,
-            thermal: thermal.value(),
-            totals,
-            residual: 0.0,
-        };
+        let held = held(&self.model, &self.particles, &self.state);
+        let mut ledger = Ledger { totals: self.totals, ..held };
         ledger.residual = ledger.balance() - self.initial_energy;
         ledger
     }
 
     fn momentum(&self) -> Momentum {
-        let (mass, r, v) = (&self.particles.mass, &self.state.position, &self.state.velocity);
-        let n = mass.len();
-        let total = |vector: &dyn Fn(usize) -> Vector3<f64>| -> [f64; 3] {
-            std::array::from_fn(|k| (0..n).map(|i| vector(i)[k]).collect::<Sum>().value())
-        };
-        let linear = total(&|i| mass[i] * v.get(i));
-        let angular = total(&|i| r.get(i).cross(&(mass[i] * v.get(i))));
+        let (linear, angular) = momentum(&self.particles, &self.state);
         let outside = Vector3::from(self.totals.outside_impulse);
         let unexplained = Vector3::from(linear) - Vector3::from(self.initial_momentum.linear) - outside;
         let size = self.counters.largest_momentum.max(outside.norm());
@@ -138,4 +117,38 @@ impl Ledger {
 pub fn kinetic_energy(particles: &Particles, state: &State) -> f64 {
     let energy = |(i, mass): (usize, &f64)| 0.5 * mass * state.velocity.get(i).norm_squared();
     particles.mass.iter().enumerate().map(energy).collect::<Sum>().value()
+}
+
+/// Energies that a state holds [J]; what accumulates, and the residual, are zero.
+#[must_use]
+pub fn held(model: &Model, particles: &Particles, state: &State) -> Ledger {
+    let r = &state.position;
+    let (near_field, binding) = model.field.as_ref().map_or((0.0, 0.0), |field| field.energies(r));
+    Ledger { near_field, binding, ..held_by_particles(model, particles, state) }
+}
+
+/// Energies that the particles of a state hold each for itself: kinetic, external, thermal [J]; all else is zero.
+#[must_use]
+pub fn held_by_particles(model: &Model, particles: &Particles, state: &State) -> Ledger {
+    let mass = &particles.mass;
+    let thermal: Sum = match (&state.temperature, model.heat_capacity) {
+        (Some(theta), Some(capacity)) => (0..mass.len()).map(|i| mass[i] * capacity * theta[i]).collect(),
+        _ => Sum::default(),
+    };
+    Ledger {
+        kinetic: kinetic_energy(particles, state),
+        external: model.external.as_ref().map_or(0.0, |external| external.energy(&state.position)),
+        thermal: thermal.value(),
+        ..Ledger::default()
+    }
+}
+
+/// Sum of m v [kg m/s], and of r x m v about the origin [kg m^2/s].
+#[must_use]
+pub fn momentum(particles: &Particles, state: &State) -> ([f64; 3], [f64; 3]) {
+    let (mass, r, v) = (&particles.mass, &state.position, &state.velocity);
+    let total = |vector: &dyn Fn(usize) -> Vector3<f64>| -> [f64; 3] {
+        std::array::from_fn(|k| (0..mass.len()).map(|i| vector(i)[k]).collect::<Sum>().value())
+    };
+    (total(&|i| mass[i] * v.get(i)), total(&|i| r.get(i).cross(&(mass[i] * v.get(i)))))
 }

@@ -13,7 +13,7 @@ use agglo_core::state::{Columns, Particles, State};
 use serde_json::Value;
 
 use crate::Frame;
-use crate::messages::Message;
+use crate::messages::{Entry, Message};
 
 /// The values of one quantity.
 #[derive(Clone, Debug, PartialEq)]
@@ -120,10 +120,12 @@ impl<'a> Gather<'a> {
     }
 }
 
-/// The quantities of a message, always in the same order; those that the scene does not have are absent.
+/// The quantities of a message, always in the same order, its time first; those that the scene does not have are absent.
 #[must_use]
-pub fn fields(message: &Message) -> Vec<Field<'_>> {
+pub fn fields(entry: &Entry) -> Vec<Field<'_>> {
     let mut to = Gather(Vec::new());
+    let Entry { t, step: _, message } = entry;
+    to.real("t", *t);
     match message {
         Message::Static(Particles { radius, mass, charge }) => {
             to.column("radius", radius);
@@ -273,7 +275,7 @@ fn impacts(to: &mut Gather<'_>, events: &[Impact]) {
     let reals = |of: fn(&Impact) -> f64| events.iter().map(of).collect::<Vec<_>>();
     let vectors = |of: fn(&Impact) -> [f64; 3]| events.iter().flat_map(of).collect::<Vec<_>>();
     let integers = |of: fn(&Impact) -> u64| events.iter().map(of).collect::<Vec<_>>();
-    to.reals("t", reals(|event| event.time));
+    to.reals("time", reals(|event| event.time));
     to.integers("i", integers(|event| event.particle.into()));
     to.integers("j", integers(|event| if let Partner::Particle(j) = event.partner { j.into() } else { NONE }));
     to.integers("wall", integers(|event| if let Partner::Wall(wall) = event.partner { wall.into() } else { NONE }));
@@ -357,6 +359,23 @@ pub struct Difference {
     pub ulp: Option<u64>,
 }
 
+impl Difference {
+    /// A field, or where that is empty a whole channel, that one of the two does not have.
+    #[must_use]
+    pub fn missing(channel: &str, field: &str) -> Self {
+        Self {
+            field: if field.is_empty() { channel.to_owned() } else { format!("{channel}.{field}") },
+            index: None,
+            is_particle: false,
+            a: Value::Null,
+            b: Value::Null,
+            abs: None,
+            rel: None,
+            ulp: None,
+        }
+    }
+}
+
 impl std::fmt::Display for Difference {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         f.write_str(&self.field)?;
@@ -377,36 +396,26 @@ impl std::fmt::Display for Difference {
 
 /// The first value, in the order of [`fields`], that is not the same bit for bit.
 #[must_use]
-pub fn first_difference(a: &Message, b: &Message) -> Option<Difference> {
-    let channel = agglo_record::channels::CHANNELS[a.topic() as usize].name;
-    let bare = |field: String| Difference {
-        field,
-        index: None,
-        is_particle: false,
-        a: Value::Null,
-        b: Value::Null,
-        abs: None,
-        rel: None,
-        ulp: None,
-    };
-    if a.topic() != b.topic() {
-        return Some(bare(channel.to_owned()));
+pub fn first_difference(a: &Entry, b: &Entry) -> Option<Difference> {
+    let channel = agglo_record::channels::CHANNELS[a.message.topic() as usize].name;
+    if a.message.topic() != b.message.topic() {
+        return Some(Difference::missing(channel, ""));
     }
     let (a, b) = (fields(a), fields(b));
     for (k, field) in a.iter().enumerate() {
         // A column that one of the two does not have shifts all that follow.
         let Some(other) = b.get(k).filter(|other| other.name == field.name) else {
-            return Some(bare(format!("{channel}.{}", field.name)));
+            return Some(Difference::missing(channel, field.name));
         };
         if let Some(index) = first_index(&field.values, &other.values) {
             return Some(difference(channel, field, other, index));
         }
     }
-    b.get(a.len()).map(|extra| bare(format!("{channel}.{}", extra.name)))
+    b.get(a.len()).map(|extra| Difference::missing(channel, extra.name))
 }
 
 /// The two values at an index.
-fn difference(channel: &str, a: &Field<'_>, b: &Field<'_>, index: usize) -> Difference {
+pub(crate) fn difference(channel: &str, a: &Field<'_>, b: &Field<'_>, index: usize) -> Difference {
     let numbers = match (&a.values, &b.values) {
         (Values::Real(a), Values::Real(b)) => a.get(index).copied().zip(b.get(index).copied()),
         (Values::Integer(a), Values::Integer(b)) => a.get(index).zip(b.get(index)).map(|(&a, &b)| (a as f64, b as f64)),
@@ -474,12 +483,16 @@ mod tests {
         assert!(ulps(f64::NAN, 1.0) > 1 << 50 && ulps(f64::NEG_INFINITY, f64::INFINITY) > 1 << 63);
     }
 
+    fn entry(message: Message) -> Entry {
+        Entry { t: 0.0, step: 0, message }
+    }
+
     #[test]
     fn the_first_of_several_differences_comes_first() {
         let frame = |x: f64, v: f64| {
             let mut frame = Frame { position: Columns::zeros(3), velocity: Columns::zeros(3), ..Frame::default() };
             (frame.position.x[2], frame.velocity.y[1]) = (x, v);
-            Message::Particles(frame)
+            entry(Message::Particles(frame))
         };
         assert_eq!(first_difference(&frame(0.0, 1.0), &frame(0.0, 1.0)), None);
         let found = first_difference(&frame(-0.0, 1.0), &frame(0.0, 2.0)).unwrap();
@@ -493,7 +506,7 @@ mod tests {
     fn a_column_that_is_missing_is_named() {
         let charged = Particles { radius: vec![1.0], mass: vec![1.0], charge: Some(vec![1.0]) };
         let plain = Particles { charge: None, ..charged.clone() };
-        let found = first_difference(&Message::Static(charged), &Message::Static(plain)).unwrap();
+        let found = first_difference(&entry(Message::Static(charged)), &entry(Message::Static(plain))).unwrap();
         assert_eq!(found.field, "/particles/static.charge");
     }
 }

@@ -123,7 +123,7 @@ impl<R: Read + Seek> Log<R> {
     /// # Errors
     /// A device that fails. Damage is part of the answer.
     pub fn check(&mut self) -> Result<Checked, LogError> {
-        let mut damage = Vec::new();
+        let mut damage = self.file_damage()?;
         let mut note = |error| match error {
             LogError::Damaged(found) => {
                 damage.push(found);
@@ -131,8 +131,6 @@ impl<R: Read + Seek> Log<R> {
             }
             other => Err(other),
         };
-        self.container.check_data().or_else(&mut note)?;
-        self.scene_json().map(drop).or_else(&mut note)?;
         let mut count = Count::default();
         for entry in self.messages() {
             match entry {

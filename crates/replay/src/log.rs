@@ -113,6 +113,22 @@ impl<R: Read + Seek> Log<R> {
         &self.container.damage
     }
 
+    /// What the checksums over the whole file, its scene and its layout say is lost, whatever the messages say.
+    ///
+    /// # Errors
+    /// A device that fails.
+    pub fn file_damage(&mut self) -> Result<Vec<Damage>, LogError> {
+        let mut damage = Vec::new();
+        for found in [self.container.check_data(), self.scene_json().map(drop)] {
+            match found {
+                Ok(()) => {}
+                Err(LogError::Damaged(lost)) => damage.push(lost),
+                Err(other) => return Err(other),
+            }
+        }
+        Ok(damage)
+    }
+
     /// The content of an attachment; `None` where the log has none of that name.
     ///
     /// # Errors

@@ -304,10 +304,11 @@ fn compare<R: Read + Seek>(
         return Ok(Ok(false));
     }
     let Some(message) = &recorded.next else { return Ok(Ok(false)) };
-    let same_step = key.is_some_and(|(_, of)| of == step);
+    let (same_step, behind) = (key.is_some_and(|(_, of)| of == step), key.is_some_and(|(_, of)| of < step));
     Ok(Err(if is_same_channel && same_step {
         differ(difference(message, solved))
-    } else if same_step && message.channel.topic.is_none_or(|topic| (topic as usize) < solved.topic as usize) {
+    } else if behind || same_step && message.channel.topic.is_none_or(|topic| (topic as usize) < solved.topic as usize)
+    {
         recorded.mismatch(What::OnlyRecorded, (step, t))
     } else {
         differ(What::OnlySolved)
@@ -316,7 +317,7 @@ fn compare<R: Read + Seek>(
 
 /// The first value that differs between a message and the one solved again.
 fn difference(recorded: &RawMessage, solved: &Encoded<'_>) -> What {
-    let decode = |data: &[u8]| Message::decode(solved.topic, data).ok().map(|entry| entry.message);
+    let decode = |data: &[u8]| Message::decode(solved.topic, data).ok();
     match (decode(&recorded.data), decode(solved.data)) {
         (Some(recorded), Some(solved)) => fields::first_difference(&recorded, &solved).map_or(What::Bytes, What::Value),
         _ => What::Bytes,

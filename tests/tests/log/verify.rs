@@ -100,6 +100,7 @@ fn single_precision_intervals_and_drawings_come_out_the_same() {
     for section in ["thermal", "binding"] {
         speed.as_object_mut().unwrap().remove(section);
     }
+    speed["contact"] = json!({ "restitution": 0.5, "friction": { "static": 0.2, "dynamic": 0.1 } });
     for value in [value, speed] {
         let bytes = record(&value);
         for t in [0.0, 0.1, 0.2, 0.45] {
@@ -165,10 +166,14 @@ fn what_differs_is_found_and_named() {
 #[test]
 fn a_note_at_the_end_is_not_of_the_solver_but_one_within_is() {
     let bytes = record(&busy());
-    let last = Log::new(Cursor::new(&bytes)).unwrap().last_frame().unwrap().step;
-    let note = |step: u64| {
+    let mut log = Log::new(Cursor::new(&bytes)).unwrap();
+    let topics: Vec<Option<Topic>> = log.raw_messages().map(|message| message.unwrap().channel.topic).collect();
+    let messages = topics.len();
+    let note = |place: usize| {
+        let mut count = 0;
         rewrite(&bytes, |message| {
-            let here = message.channel.topic == Some(Topic::Clusters) && message.key().unwrap().1 == step;
+            count += 1;
+            let (here, step) = (count == place, message.key().unwrap().1);
             let t = message.key().unwrap().0;
             let log = foxglove::Log { t, step, message: "a note".to_owned(), ..foxglove::Log::default() };
             let mut channel = message.channel.clone();
@@ -178,10 +183,27 @@ fn a_note_at_the_end_is_not_of_the_solver_but_one_within_is() {
             if here { vec![message, extra] } else { vec![message] }
         })
     };
-    same("a note at the end", &verify(&note(last), 0.0));
-    let mismatch = verify(&note(4), 0.0).mismatch.expect("found");
-    assert_eq!((mismatch.step, mismatch.channel.as_str()), (4, "/log"));
+    same("a note at the end", &verify(&note(messages), 0.0));
+    // Behind the last message of a step in the middle.
+    let next = |k: &usize| topics[*k] == Some(Topic::Diagnostics);
+    let middle = (messages / 2..messages).find(next).unwrap();
+    let mismatch = verify(&note(middle), 0.0).mismatch.expect("found");
+    assert_eq!(mismatch.channel, "/log");
     assert!(matches!(mismatch.what, What::OnlyRecorded), "{:?}", mismatch.what);
+}
+
+/// Where a chunk begins: records are an opcode, a length, and that many bytes.
+fn chunk(bytes: &[u8], number: usize) -> usize {
+    let (mut at, mut seen) = (8, 0);
+    loop {
+        if bytes[at] == mcap::records::op::CHUNK {
+            if seen == number {
+                return at;
+            }
+            seen += 1;
+        }
+        at += 9 + u64::from_le_bytes(bytes[at + 1..at + 9].try_into().unwrap()) as usize;
+    }
 }
 
 #[test]
@@ -196,7 +218,7 @@ fn what_is_lost_is_not_compared_and_the_rest_is() {
     let whole = verify(&bytes, 0.0);
     same("whole", &whole);
     let mut damaged = bytes.clone();
-    let middle = damaged.len() / 2;
+    let middle = chunk(&bytes, 2) + 1000;
     damaged[middle] ^= 1;
     let done = verify(&damaged, 0.0);
     assert!(done.mismatch.is_none(), "{:?}", done.mismatch);

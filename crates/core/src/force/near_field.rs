@@ -174,6 +174,14 @@ impl Field {
     /// Leaves the lists alone: taking a sample must not change the run.
     #[must_use]
     pub fn energies(&self, r: &Columns) -> (f64, f64) {
+        let [near_field, binding, _] = self.energies_and_size(r);
+        (near_field, binding)
+    }
+
+    /// As [`Field::energies`], and the sum of the absolute energies of all pairs, against which round-off is to be
+    /// judged [J].
+    #[must_use]
+    pub fn energies_and_size(&self, r: &Columns) -> [f64; 3] {
         if self.neighbors.valid(r, &self.periodic) {
             return super::rows::energies(self, r);
         }

@@ -27,10 +27,11 @@ pub(super) fn forces(field: &Field, r: &Columns, force: &mut Columns) {
     }
 }
 
-/// Near-field and binding energy [J]; each pair is met once, in the row of its first particle.
-pub(super) fn energies(field: &Field, r: &Columns) -> (f64, f64) {
-    let mut each = vec![(0.0, 0.0); r.len()];
-    let fill = |(task, each): (usize, &mut [(f64, f64)])| {
+/// Near-field and binding energy, and the sum of the absolute energies of all pairs [J]; each pair is met once, in the
+/// row of its first particle.
+pub(super) fn energies(field: &Field, r: &Columns) -> [f64; 3] {
+    let mut each = vec![[0.0; 3]; r.len()];
+    let fill = |(task, each): (usize, &mut [[f64; 3]])| {
         vectorized(EnergyRows { field, r, first: task * ROWS, energy: each });
     };
     if field.neighbors.pairs(r.len()) < PARALLEL_FROM {
@@ -38,8 +39,7 @@ pub(super) fn energies(field: &Field, r: &Columns) -> (f64, f64) {
     } else {
         each.par_chunks_mut(ROWS).enumerate().for_each(fill);
     }
-    let sum = |sum: Sum| sum.value();
-    (sum(each.iter().map(|e| e.0).collect()), sum(each.iter().map(|e| e.1).collect()))
+    std::array::from_fn(|k| each.iter().map(|energies| energies[k]).collect::<Sum>().value())
 }
 
 /// Forces of consecutive rows.
@@ -72,7 +72,7 @@ struct EnergyRows<'a> {
     field: &'a Field,
     r: &'a Columns,
     first: usize,
-    energy: &'a mut [(f64, f64)],
+    energy: &'a mut [[f64; 3]],
 }
 
 impl Task for EnergyRows<'_> {
@@ -84,7 +84,7 @@ impl Task for EnergyRows<'_> {
         for (k, energy) in self.energy.iter_mut().enumerate() {
             let i = self.first + k;
             let lanes = block.row::<true>(self.field, self.r, i);
-            *energy = (sum(&lanes[0]), sum(&lanes[1]));
+            *energy = lanes.each_ref().map(sum);
         }
     }
 }
@@ -170,8 +170,8 @@ impl Default for Block {
 }
 
 impl Block {
-    /// Sums over partners of particle i: the force components over all of them, or with `ENERGY` near-field and binding
-    /// energy over those of larger number.
+    /// Sums over partners of particle i: the force components over all of them, or with `ENERGY` near-field, binding and
+    /// absolute energy over those of larger number.
     #[inline(always)]
     fn row<const ENERGY: bool>(&mut self, field: &Field, r: &Columns, i: usize) -> [[f64; LANES]; 3] {
         let mut lanes = [[0.0; LANES]; 3];
@@ -400,13 +400,16 @@ impl Block {
         }
     }
 
-    /// Adds the block's near-field and binding energy to two lanes.
+    /// Adds the block's near-field and binding energy to two lanes, and their absolute values to the third.
     #[inline(always)]
     fn add_energies<const LEN: usize>(&self, lanes: &mut [[f64; LANES]; 3]) {
         for (lane, energy) in lanes.iter_mut().zip([&self.near_field, &self.binding]) {
             for k in 0..LEN {
                 lane[k % LANES] += energy[k];
             }
+        }
+        for k in 0..LEN {
+            lanes[2][k % LANES] += self.near_field[k].abs() + self.binding[k].abs();
         }
     }
 }
@@ -460,14 +463,14 @@ mod tests {
                 };
                 assert_eq!(forces(true), forces(false), "{count}{domain}");
                 let energies = |wide: bool| {
-                    let mut energy = vec![(0.0, 0.0); n];
+                    let mut energy = vec![[0.0; 3]; n];
                     let task = EnergyRows { field: &field, r, first: 0, energy: &mut energy };
                     if wide {
                         vectorized(task)
                     } else {
                         task.run()
                     }
-                    energy.iter().map(|e: &(f64, f64)| (e.0.to_bits(), e.1.to_bits())).collect::<Vec<_>>()
+                    energy.concat().iter().map(|e: &f64| e.to_bits()).collect::<Vec<_>>()
                 };
                 assert_eq!(energies(true), energies(false), "{count}{domain}");
             }

@@ -1,1 +1,509 @@
-//! Comparing two logs.
+//! Comparing two logs: headers and scenes first, then the data, step by step or by time.
+//!
+//! What was not compared is never taken for the same: it is named, and the verdict is not [`Verdict::Same`] unless it is
+//! ignored by name.
+
+mod by_time;
+mod cause;
+mod compare;
+mod curves;
+mod growth;
+mod settings;
+mod statistics;
+mod steps;
+mod tolerance;
+
+use std::io::{Read, Seek};
+
+use agglo_core::scene::Scene;
+use agglo_core::state::Particles;
+use agglo_record::channels::{CHANNELS, Topic};
+
+use crate::error::{Damage, LogError};
+use crate::fields::{self, Difference};
+use crate::log::Log;
+use crate::messages::{Message, RawMessage};
+use by_time::ByTime;
+pub use cause::Cause;
+use compare::Comparison;
+pub use compare::{Exactness, FieldReport};
+pub use curves::Curves;
+use growth::Growth;
+pub use growth::Rate;
+pub use settings::{Kind, Setting, text as setting_text};
+pub use statistics::{Band, Judgement, LEAST_REFERENCES, Statistics, judge};
+use steps::{RawStep, RawSteps};
+pub use tolerance::{Scale, Tolerance, Tolerances};
+
+/// Times that differ by less than this part of them are the same [-].
+const SAME_TIME: f64 = 1e-9;
+
+/// How logs are compared.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Profile {
+    /// Bit for bit.
+    Exact,
+    /// Field by field, within tolerances.
+    State,
+    /// Curves in time, for chaotic runs.
+    Statistics,
+}
+
+impl Profile {
+    /// Its name.
+    #[must_use]
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Exact => "exact",
+            Self::State => "state",
+            Self::Statistics => "statistics",
+        }
+    }
+}
+
+/// What came of a comparison.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Verdict {
+    /// The same as far as was asked.
+    Same,
+    /// Something differs, or could not be compared.
+    Differ,
+    /// The two cannot be compared; why.
+    Incomparable(String),
+}
+
+/// Something that only one of the logs has, or has elsewhere.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Structure {
+    /// Name of the channel; empty where it concerns steps as a whole.
+    pub channel: String,
+    /// What, as a sentence.
+    pub what: String,
+    /// How often.
+    pub count: u64,
+    /// Time of the first [s].
+    pub t: f64,
+    /// Step of the first.
+    pub step: u64,
+}
+
+/// The first difference.
+#[derive(Clone, Debug, PartialEq)]
+pub struct First {
+    /// Time [s].
+    pub t: f64,
+    /// Step.
+    pub step: u64,
+    /// Name of the channel; empty where it concerns a step as a whole.
+    pub channel: String,
+    /// The value that differs; `None` where a message or step is missing.
+    pub value: Option<Difference>,
+    /// What differs, as a sentence.
+    pub what: String,
+}
+
+/// A comparison.
+#[derive(Debug)]
+pub struct Report {
+    /// How the logs were compared.
+    pub profile: Profile,
+    /// What came of it.
+    pub verdict: Verdict,
+    /// What is lost of the first log.
+    pub damage_a: Vec<Damage>,
+    /// What is lost of the second.
+    pub damage_b: Vec<Damage>,
+    /// What differs in header and scene.
+    pub settings: Vec<Setting>,
+    /// Steps that were compared.
+    pub compared_steps: u64,
+    /// From when on states were compared by time, because the steps differ [s].
+    pub by_time_from: Option<f64>,
+    /// The first difference.
+    pub first: Option<First>,
+    /// What happened just before the states parted.
+    pub cause: Option<Cause>,
+    /// Every field that was compared.
+    pub fields: Vec<FieldReport>,
+    /// What only one log has.
+    pub structure: Vec<Structure>,
+    /// What was not compared, and is not ignored by name.
+    pub not_compared: Vec<String>,
+    /// What is ignored by name.
+    pub ignored: Vec<String>,
+    /// How fast the two part.
+    pub growth: Option<Rate>,
+    /// Curves against a band.
+    pub statistics: Option<Statistics>,
+}
+
+impl Report {
+    fn new(profile: Profile) -> Self {
+        Self {
+            profile,
+            verdict: Verdict::Same,
+            damage_a: Vec::new(),
+            damage_b: Vec::new(),
+            settings: Vec::new(),
+            compared_steps: 0,
+            by_time_from: None,
+            first: None,
+            cause: None,
+            fields: Vec::new(),
+            structure: Vec::new(),
+            not_compared: Vec::new(),
+            ignored: Vec::new(),
+            growth: None,
+            statistics: None,
+        }
+    }
+
+    /// Whether a part of either log is lost.
+    #[must_use]
+    pub fn damaged(&self) -> bool {
+        !(self.damage_a.is_empty() && self.damage_b.is_empty())
+    }
+
+    /// The report of logs that could not even be read.
+    #[must_use]
+    pub fn unreadable(profile: Profile, why: String) -> Self {
+        Self::new(profile).incomparable(why)
+    }
+
+    fn incomparable(mut self, why: impl Into<String>) -> Self {
+        self.verdict = Verdict::Incomparable(why.into());
+        self
+    }
+
+    fn structure(&mut self, channel: &str, what: &str, (t, step): (f64, u64)) {
+        let known = self.structure.iter_mut().find(|known| known.channel == channel && known.what == what);
+        match known {
+            Some(known) => known.count += 1,
+            None => {
+                let (channel, what) = (channel.to_owned(), what.to_owned());
+                self.structure.push(Structure { channel: channel.clone(), what: what.clone(), count: 1, t, step });
+                self.first(First { t, step, channel, value: None, what });
+            }
+        }
+    }
+
+    fn first(&mut self, first: First) {
+        self.first.get_or_insert(first);
+    }
+}
+
+/// Compares log `a` with log `b`, the reference. `watch` sees time [s] and number of every
+/// step.
+///
+/// # Errors
+/// A log that cannot be read at all, or a device that fails. Damage, and what makes logs incomparable, are part of the
+/// answer.
+pub fn diff<R: Read + Seek>(
+    a: &mut Log<R>,
+    b: &mut Log<R>,
+    profile: Profile,
+    tolerances: Tolerances,
+    mut watch: impl FnMut(f64, u64),
+) -> Result<Report, LogError> {
+    let mut report = Report::new(profile);
+    let (scene_a, scene_b) = (a.scene(), b.scene());
+    report.settings = settings::headers(a.run(), b.run());
+    let (scene_a, scene_b) = match (scene_a, scene_b) {
+        (Ok(scene_a), Ok(scene_b)) => {
+            report.settings.extend(settings::scenes(&scene_a, &scene_b)?);
+            (Some(scene_a), Some(scene_b))
+        }
+        (scene_a, scene_b) => {
+            for (error, damage) in [(scene_a.err(), &mut report.damage_a), (scene_b.err(), &mut report.damage_b)] {
+                match error {
+                    Some(LogError::Damaged(lost)) => damage.push(lost),
+                    Some(other) => return Err(other),
+                    None => {}
+                }
+            }
+            (None, None)
+        }
+    };
+    if a.run().particles != b.run().particles {
+        let (left, right) = (a.run().particles, b.run().particles);
+        return Ok(report.incomparable(format!("the first log has {left} particles and the second {right}")));
+    }
+    let exactness = if profile == Profile::Exact { Exactness::Bits } else { Exactness::Tolerances };
+    let comparison = Comparison::new(exactness, tolerances);
+    let pass =
+        Pass { report, comparison, growth: Growth::default(), parted: None, particles: None, scene: scene_b.as_ref() };
+    let (mut report, parted) = pass.run(a, b, &mut watch)?;
+    if let (Some((t, step, particle)), Some(scene)) = (parted, scene_a.as_ref()) {
+        report.cause = cause::find(a, scene, t, step, particle)?;
+    }
+    Ok(report)
+}
+
+/// One reading of both logs.
+struct Pass<'a> {
+    report: Report,
+    comparison: Comparison,
+    growth: Growth,
+    /// Time [s], step and particle where states first differ.
+    parted: Option<(f64, u64, Option<usize>)>,
+    particles: Option<Particles>,
+    scene: Option<&'a Scene>,
+}
+
+/// Why one of two logs does not have a step.
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Only {
+    A,
+    B,
+}
+
+impl Pass<'_> {
+    fn run<R: Read + Seek>(
+        mut self,
+        a: &mut Log<R>,
+        b: &mut Log<R>,
+        watch: &mut dyn FnMut(f64, u64),
+    ) -> Result<(Report, Option<(f64, u64, Option<usize>)>), LogError> {
+        let (damage_a, damage_b) = (a.file_damage()?, b.file_damage()?);
+        let topics = |log: &Log<R>| log.channels.values().filter_map(|channel| channel.topic).collect::<Vec<_>>();
+        let known: Vec<Topic> = topics(a).into_iter().chain(topics(b)).collect();
+        for topic in known {
+            // An entry for a whole channel refers to what either log describes, messages or not.
+            self.comparison.tolerances.ignores(CHANNELS[topic as usize].name);
+        }
+        let (mut left, mut right) = (RawSteps::new(a.raw_messages()), RawSteps::new(b.raw_messages()));
+        let (mut x, mut y) = (left.step()?, right.step()?);
+        let mut by_time = self.cadence_differs().then(ByTime::default);
+        loop {
+            if let Some(first) = &x {
+                watch(first.t, first.step);
+            }
+            match (x.take(), y.take()) {
+                (None, None) => break,
+                (Some(first), Some(second)) if first.step == second.step && by_time.is_none() => {
+                    if self.steps_part(&first, &second) {
+                        by_time = Some(ByTime::default());
+                        self.report.by_time_from = Some(first.t.min(second.t));
+                        (x, y) = (Some(first), Some(second));
+                        continue;
+                    }
+                    self.step(&first, &second);
+                    (x, y) = (left.step()?, right.step()?);
+                }
+                (first, second) if by_time.is_some() => {
+                    // The log that is behind goes first.
+                    let take_a = match (&first, &second) {
+                        (Some(first), Some(second)) => first.t <= second.t,
+                        (first, _) => first.is_some(),
+                    };
+                    let by_time = by_time.get_or_insert_default();
+                    if take_a {
+                        by_time.a(first.as_ref(), &mut self);
+                        (x, y) = (left.step()?, second);
+                    } else {
+                        by_time.b(second.as_ref(), &mut self);
+                        (x, y) = (first, right.step()?);
+                    }
+                }
+                (Some(first), second) if second.as_ref().is_none_or(|second| first.step < second.step) => {
+                    if !right.gap {
+                        self.only(&first, Only::A);
+                    }
+                    (x, y) = (left.step()?, second);
+                }
+                (first, Some(second)) => {
+                    if !left.gap {
+                        self.only(&second, Only::B);
+                    }
+                    (x, y) = (first, right.step()?);
+                }
+                (Some(_), None) => break, // taken by the arm before last
+            }
+        }
+        if let Some(by_time) = by_time {
+            by_time.finish(&mut self);
+        }
+        for (steps, which) in [(&left, "first"), (&right, "second")] {
+            if let Some(at) = steps.unordered {
+                self.report.structure("", &format!("steps of the {which} log are out of order"), at);
+            }
+        }
+        let Self { mut report, comparison, growth, parted, .. } = self;
+        report.damage_a.extend(left.damage.into_iter().chain(damage_a));
+        report.damage_b.extend(right.damage.into_iter().chain(damage_b));
+        for damage in [&mut report.damage_a, &mut report.damage_b] {
+            damage.sort_by_key(|lost| lost.offset);
+            damage.dedup();
+        }
+        report.growth = growth.rate();
+        Self::conclude(&mut report, comparison);
+        Ok((report, parted))
+    }
+
+    /// Whether the scenes ask for states at other steps or times.
+    fn cadence_differs(&mut self) -> bool {
+        let cadence = |setting: &Setting| matches!(setting.name.as_str(), "/record/every_steps" | "/record/interval");
+        let differs = self.report.profile == Profile::State && self.report.settings.iter().any(cadence);
+        if differs {
+            self.report.by_time_from = Some(0.0);
+        }
+        differs
+    }
+
+    /// Whether steps of the same number end at other times, so that states have to be compared by time.
+    fn steps_part(&self, a: &RawStep, b: &RawStep) -> bool {
+        self.report.profile == Profile::State && (a.t - b.t).abs() > SAME_TIME * a.t.abs().max(b.t.abs())
+    }
+
+    fn conclude(report: &mut Report, comparison: Comparison) {
+        let unmatched = comparison.tolerances.unmatched();
+        report.ignored = comparison.tolerances.ignored();
+        report.fields = comparison.finish();
+        if report.compared_steps == 0 && report.verdict == Verdict::Same {
+            report.verdict = Verdict::Incomparable("the two logs share no whole step".to_owned());
+        }
+        if let [first, ..] = &unmatched[..] {
+            let known = report.fields.iter().map(|field| format!("{}.{}", field.channel, field.field));
+            let near = known.min_by_key(|known| strsim::levenshtein(known, first));
+            let hint = near.map(|near| format!("; did you mean `{near}`?")).unwrap_or_default();
+            let why = format!("the tolerance for `{first}` matches nothing in either log{hint}");
+            report.verdict = Verdict::Incomparable(why);
+        }
+        let exact = report.profile == Profile::Exact;
+        let decides = |setting: &Setting| exact && !matches!(setting.kind, Kind::Packing | Kind::Build);
+        if let Some(setting) = report.settings.iter().find(|setting| decides(setting)) {
+            let what = format!("the scenes differ in {}", setting.name);
+            let first = First { t: 0.0, step: 0, channel: "scene.json".to_owned(), value: None, what };
+            report.first.get_or_insert(first);
+            if report.verdict == Verdict::Same {
+                report.verdict = Verdict::Differ;
+            }
+        }
+        let failed = report.fields.iter().any(|field| !field.passed) || !report.structure.is_empty();
+        if report.verdict == Verdict::Same && (failed || !report.not_compared.is_empty()) {
+            report.verdict = Verdict::Differ;
+        }
+    }
+
+    /// A step that only one log has.
+    fn only(&mut self, step: &RawStep, which: Only) {
+        let matters = step.messages.iter().any(|message| !self.comparison.tolerances.ignores(&message.channel.name));
+        if matters {
+            let other = if which == Only::A { "second" } else { "first" };
+            self.report.structure("", &format!("the {other} log does not have the step"), (step.t, step.step));
+        }
+    }
+
+    /// Compares a step that both logs have.
+    fn step(&mut self, a: &RawStep, b: &RawStep) {
+        self.report.compared_steps += 1;
+        let same = |(a, b): (&RawMessage, &RawMessage)| {
+            a.channel.name == b.channel.name && a.data == b.data && a.log_time == b.log_time
+        };
+        // Fields are listed once for every channel, though all messages may be the same.
+        let listed = b.messages.iter().filter_map(|m| m.channel.topic).all(|topic| self.comparison.knows(topic));
+        if listed && a.messages.len() == b.messages.len() && a.messages.iter().zip(&b.messages).all(same) {
+            b.messages.iter().filter_map(|message| message.channel.topic).for_each(|topic| self.comparison.same(topic));
+            return;
+        }
+        let mut names: Vec<&str> = Vec::new();
+        for message in a.messages.iter().chain(&b.messages) {
+            if !names.contains(&&*message.channel.name) {
+                names.push(&message.channel.name);
+            }
+        }
+        for name in &names {
+            if self.comparison.tolerances.ignores(name) {
+                continue;
+            }
+            let of = |step: &RawStep| -> Vec<RawMessage> {
+                step.messages.iter().filter(|message| &*message.channel.name == *name).cloned().collect()
+            };
+            self.channel(name, &of(a), &of(b), (b.t, b.step));
+        }
+        let order = |step: &RawStep| -> Vec<_> {
+            let rank = |message: &RawMessage| names.iter().position(|name| *name == &*message.channel.name);
+            step.messages.iter().filter_map(rank).collect()
+        };
+        let count = |step: &RawStep, name: &&str| step.messages.iter().filter(|m| &*m.channel.name == *name).count();
+        let complete = names.iter().all(|name| count(a, name) == count(b, name));
+        if self.report.profile == Profile::Exact && complete && order(a) != order(b) {
+            self.report.structure("", "the messages of the step are in another order", (b.t, b.step));
+        }
+        self.distance(a, b);
+    }
+
+    /// Compares the messages that a step has on one channel.
+    fn channel(&mut self, name: &str, a: &[RawMessage], b: &[RawMessage], at: (f64, u64)) {
+        for (first, second) in a.iter().zip(b) {
+            self.message(name, first, second, at);
+        }
+        if a.len() != b.len() {
+            let other = if a.len() > b.len() { "second" } else { "first" };
+            self.report.structure(name, &format!("the {other} log does not have the message"), at);
+        }
+    }
+
+    fn message(&mut self, name: &str, a: &RawMessage, b: &RawMessage, (t, step): (f64, u64)) {
+        let exact = self.report.profile == Profile::Exact;
+        let bytes = a.data == b.data;
+        if exact && bytes && a.log_time != b.log_time {
+            self.report.structure(name, "the message has another log time", (t, step));
+        }
+        let Some(topic) = b.channel.topic else {
+            if !bytes {
+                self.report.structure(name, "a message that this version does not know differs", (t, step));
+            }
+            return;
+        };
+        if bytes && self.comparison.knows(topic) {
+            self.comparison.same(topic);
+            return;
+        }
+        let (first, second) = match (a.decode(), b.decode()) {
+            (Ok(Some(first)), Ok(Some(second))) => (first, second),
+            _ => {
+                self.report.structure(name, "the message makes no sense in one of the logs", (t, step));
+                return;
+            }
+        };
+        let beyond = self.comparison.entries(&first, &second);
+        if let Some(value) = beyond {
+            if topic == Topic::Particles && self.parted.is_none() {
+                self.parted = Some((t, step, value.index));
+            }
+            let what = value.to_string();
+            self.report.first(First { t, step, channel: name.to_owned(), value: Some(value), what });
+        } else if exact && !bytes && fields::first_difference(&first, &second).is_none() {
+            // The values are the same: what is drawn of them, or what a later version added, is not.
+            self.report.structure(name, "the message has other bytes, though its values are the same", (t, step));
+        }
+    }
+
+    /// Takes the distance of the states of a step, for the rate at which runs part.
+    fn distance(&mut self, a: &RawStep, b: &RawStep) {
+        if self.particles.is_none()
+            && let Some(Message::Static(particles)) = b.get(Topic::ParticlesStatic)
+        {
+            self.particles = Some(particles);
+        }
+        let raw = |step: &RawStep| step.messages.iter().find(|m| m.channel.topic == Some(Topic::Particles)).cloned();
+        let Some(particles) = &self.particles else { return };
+        let (Some(first), Some(second)) = (raw(a), raw(b)) else { return };
+        if first.data == second.data {
+            return;
+        }
+        let (Some(Message::Particles(first)), Some(Message::Particles(second))) =
+            (a.get(Topic::Particles), b.get(Topic::Particles))
+        else {
+            return;
+        };
+        let n = first.position.len().min(second.position.len()).min(particles.len());
+        if n == 0 {
+            return;
+        }
+        let square = |k: usize| (first.position.get(k) - second.position.get(k)).norm_squared();
+        let mean = (0..n).map(square).sum::<f64>() / n as f64;
+        self.growth.add(b.t, mean.sqrt() / particles.mean_diameter());
+    }
+}

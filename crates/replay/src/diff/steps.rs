@@ -1,0 +1,89 @@
+//! Two logs, step by step.
+
+use std::io::{Read, Seek};
+
+use agglo_record::channels::Topic;
+
+use crate::error::{Damage, LogError};
+use crate::messages::{Message, RawMessage, RawMessages};
+
+/// The messages of one step as they stand in a log.
+#[derive(Clone, Debug, Default)]
+pub struct RawStep {
+    /// Time [s].
+    pub t: f64,
+    /// Number of the step.
+    pub step: u64,
+    /// Its messages, in their order.
+    pub messages: Vec<RawMessage>,
+}
+
+impl RawStep {
+    /// The decoded message of a channel; `None` where the step has none, or one that makes no sense.
+    pub fn get(&self, topic: Topic) -> Option<Message> {
+        let found = self.messages.iter().find(|message| message.channel.topic == Some(topic))?;
+        Some(found.decode().ok()??.message)
+    }
+}
+
+/// The steps of a log.
+pub struct RawSteps<'a, R> {
+    messages: RawMessages<'a, R>,
+    next: Option<RawMessage>,
+    /// What is lost.
+    pub damage: Vec<Damage>,
+    /// Whether something was lost between the last step that was given out and the one before.
+    pub gap: bool,
+    pending_gap: bool,
+    last: Option<u64>,
+    /// Steps that stand behind a later one: their numbers.
+    pub unordered: Option<(f64, u64)>,
+}
+
+impl<'a, R: Read + Seek> RawSteps<'a, R> {
+    pub fn new(messages: RawMessages<'a, R>) -> Self {
+        let (next, damage) = (None, Vec::new());
+        Self { messages, next, damage, gap: false, pending_gap: false, last: None, unordered: None }
+    }
+
+    fn message(&mut self) -> Result<Option<RawMessage>, LogError> {
+        if let Some(message) = self.next.take() {
+            return Ok(Some(message));
+        }
+        loop {
+            match self.messages.next() {
+                Some(Ok(message)) => return Ok(Some(message)),
+                Some(Err(LogError::Damaged(lost))) => {
+                    self.damage.push(lost);
+                    self.pending_gap = true;
+                }
+                Some(Err(other)) => return Err(other),
+                None => return Ok(None),
+            }
+        }
+    }
+
+    /// The next step. A message whose step cannot be read, as of channels that this version does not know, belongs to
+    /// the step before.
+    pub fn step(&mut self) -> Result<Option<RawStep>, LogError> {
+        let Some(first) = self.message()? else {
+            self.gap = std::mem::take(&mut self.pending_gap);
+            return Ok(None);
+        };
+        self.gap = std::mem::take(&mut self.pending_gap);
+        let (t, step) = first.key().unwrap_or((0.0, self.last.unwrap_or(0)));
+        if self.last.is_some_and(|last| step <= last) {
+            self.unordered.get_or_insert((t, step));
+        }
+        self.last = Some(step);
+        let mut found = RawStep { t, step, messages: vec![first] };
+        while let Some(message) = self.message()? {
+            if self.pending_gap || message.key().is_some_and(|(_, of)| of != step) {
+                self.next = Some(message);
+                break;
+            }
+            found.messages.push(message);
+        }
+        Ok(Some(found))
+    }
+}
