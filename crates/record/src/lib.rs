@@ -27,6 +27,6 @@ mod sink;
 pub mod size;
 
 pub use error::RecordError;
-pub use recorder::{CarriedStep, Options, Recorded, Recorder};
+pub use recorder::{CarriedStep, Options, Recorded, Recorder, write_options};
 pub use run::BuildInfo;
 pub use size::{SizeEstimate, estimate, least};

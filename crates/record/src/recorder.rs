@@ -72,7 +72,7 @@ impl<W: Write> Recorder<W> {
         let run = RunInfo::new(scene, &scene_json, effects.particles, build);
 
         let (sink, bytes) = sink(writer);
-        let mut writer = mcap::Writer::with_options(sink, write_options(scene, build))?;
+        let mut writer = mcap::Writer::with_options(sink, write_options(scene.record.compression, &build.version))?;
         writer.write_metadata(&mcap::records::Metadata { name: run::RECORD.to_owned(), metadata: run.to_map() })?;
         for (name, text) in [(run::SCENE, scene_json.as_str()), (run::LAYOUT, run::LAYOUT_JSON)] {
             writer.attach(&mcap::Attachment {
@@ -237,20 +237,19 @@ impl<W: Write> Observer for Recorder<W> {
 }
 
 /// Options that make the same bytes of the same messages: no threads, no clock, and chunks that are closed by us.
-fn write_options(scene: &Scene, build: &BuildInfo) -> mcap::WriteOptions {
-    let compression = match scene.record.compression {
-        Compression::Zstd => Some(mcap::Compression::Zstd),
-        Compression::Lz4 => Some(mcap::Compression::Lz4),
-        Compression::None => None,
+/// `version` is that of agglo.
+#[must_use]
+pub fn write_options(compression: Compression, version: &str) -> mcap::WriteOptions {
+    let (compression, level) = match compression {
+        Compression::Zstd => (Some(mcap::Compression::Zstd), ZSTD_LEVEL),
+        Compression::Lz4 => (Some(mcap::Compression::Lz4), 0),
+        Compression::None => (None, 0),
     };
     mcap::WriteOptions::new()
         .compression(compression)
-        .compression_level(match scene.record.compression {
-            Compression::Zstd => ZSTD_LEVEL,
-            Compression::Lz4 | Compression::None => 0,
-        })
+        .compression_level(level)
         .compression_threads(0)
         .chunk_size(None)
         .disable_seeking(true)
-        .library(format!("agglo {}", build.version))
+        .library(format!("agglo {version}"))
 }

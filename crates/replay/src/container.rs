@@ -3,10 +3,10 @@
 use std::collections::BTreeMap;
 use std::io::{Read, Seek, SeekFrom};
 
-use mcap::records::{Record, op};
-use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
+use mcap::records::op;
 
 use crate::error::{Damage, LogError};
+use crate::records::{self, ChunkHead, Fields};
 use crate::summary::{self, Index};
 
 /// Opcode and length of a record [bytes].
@@ -78,6 +78,11 @@ pub struct Container<R> {
     pub damage: Vec<Damage>,
     /// Offsets of metadata records and attachments that have been seen.
     noted: Vec<u64>,
+    /// A chunk as it stands in the file; memory that is used again.
+    packed: Vec<u8>,
+    /// Records of a chunk; memory that is used again.
+    spare: Vec<u8>,
+    zstd: Option<zstd::bulk::Decompressor<'static>>,
 }
 
 impl<R: Read + Seek> Container<R> {
@@ -97,6 +102,9 @@ impl<R: Read + Seek> Container<R> {
             index: None,
             damage: Vec::new(),
             noted: Vec::new(),
+            packed: Vec::new(),
+            spare: Vec::new(),
+            zstd: None,
         };
         let data = container.prologue()?;
         match summary::read(&mut container.reader, size) {
@@ -128,20 +136,9 @@ impl<R: Read + Seek> Container<R> {
 
     /// Takes the places of all parts from the index at the end.
     fn follow(&mut self, index: Index) -> Result<(), LogError> {
-        let place = |chunk: &mcap::records::ChunkIndex| ChunkRef {
-            offset: chunk.chunk_start_offset,
-            length: chunk.chunk_length,
-            start: chunk.message_start_time,
-        };
-        self.chunks = index.summary.chunk_indexes.iter().map(place).collect();
-        self.chunks.sort_by_key(|chunk| chunk.offset);
+        self.chunks.clone_from(&index.chunks);
         // Our own logs have all of these before the first chunk; others that were mended may not.
-        for offset in index.summary.metadata_indexes.iter().map(|metadata| metadata.offset) {
-            if let Some((opcode, length)) = self.head(offset)? {
-                self.note(opcode, offset, length)?;
-            }
-        }
-        for offset in index.summary.attachment_indexes.iter().map(|attachment| attachment.offset) {
+        for &offset in &index.others {
             if let Some((opcode, length)) = self.head(offset)? {
                 self.note(opcode, offset, length)?;
             }
@@ -156,16 +153,20 @@ impl<R: Read + Seek> Container<R> {
             return Ok(());
         }
         self.noted.push(offset);
-        match self.record(offset, length) {
-            Ok(Record::Metadata(record)) => drop(self.metadata.insert(record.name, record.metadata)),
-            Ok(Record::Attachment { header, .. }) => {
-                self.attachments.push(AttachmentRef { name: header.name, offset, length });
-            }
-            Ok(_) => {}
-            Err(fault) => match fault.at(offset, "a metadata record or attachment") {
-                LogError::Damaged(damage) => self.damage.push(damage),
-                other => return Err(other),
-            },
+        let body = match self.body(offset, length) {
+            Ok(body) => body,
+            Err(Fault::Io(error)) => return Err(error.into()),
+            Err(Fault::Lost(_)) => Vec::new(),
+        };
+        let known = match opcode {
+            op::METADATA => records::metadata(&body).map(|(name, map)| drop(self.metadata.insert(name, map))),
+            _ => records::attachment(&body).map(|found| {
+                self.attachments.push(AttachmentRef { name: found.name.to_owned(), offset, length });
+            }),
+        };
+        if known.is_none() {
+            let what = "a metadata record or attachment makes no sense".to_owned();
+            self.damage.push(Damage { offset, what });
         }
         Ok(())
     }
@@ -177,24 +178,73 @@ impl<R: Read + Seek> Container<R> {
                 let what = "the log ends here, without its end mark: the run was cut off".to_owned();
                 return Ok(Some(Damage { offset, what }));
             }
-            let Some((opcode, length)) = self.head(offset)? else {
-                let what = format!("the {} bytes from here to the end are no whole record", self.size - offset);
-                return Ok(Some(Damage { offset, what }));
-            };
-            match opcode {
-                op::DATA_END => return Ok(None),
-                op::CHUNK => {
-                    let mut start = [0; 8];
-                    self.reader.seek(SeekFrom::Start(offset + RECORD_HEAD))?;
-                    // A chunk too short for its own head is found to be damaged when it is read.
-                    let start = if length >= 8 { self.reader.read_exact(&mut start).map(|()| start)? } else { start };
-                    let start = u64::from_le_bytes(start);
-                    self.chunks.push(ChunkRef { offset, length: RECORD_HEAD + length, start });
+            let next = match self.head(offset)? {
+                Some((op::DATA_END, 4)) => return Ok(None),
+                Some((op::CHUNK, length)) => match self.chunk_head(offset, length)? {
+                    Some(head) => {
+                        self.chunks.push(ChunkRef { offset, length: RECORD_HEAD + length, start: head.start });
+                        Some(length)
+                    }
+                    None => None,
+                },
+                // Between chunks stand their indexes; what else there is has been noted before the first one.
+                Some((op::MESSAGE_INDEX, length)) => Some(length),
+                Some((opcode @ (op::METADATA | op::ATTACHMENT | op::HEADER), length)) => {
+                    self.note(opcode, offset, length)?;
+                    Some(length)
                 }
-                _ => self.note(opcode, offset, length)?,
+                _ => None,
+            };
+            match next {
+                Some(length) => offset += RECORD_HEAD + length,
+                // What stands here is no record; behind it there may be whole chunks.
+                None => match self.next_chunk(offset + 1)? {
+                    Some(found) => {
+                        let what = format!("{} bytes from here are no records", found - offset);
+                        self.damage.push(Damage { offset, what });
+                        offset = found;
+                    }
+                    None => {
+                        let what = format!("the {} bytes from here to the end are no whole record", self.size - offset);
+                        return Ok(Some(Damage { offset, what }));
+                    }
+                },
             }
-            offset += RECORD_HEAD + length;
         }
+    }
+
+    /// The head of the chunk whose record, with a body of `length` bytes, begins at `offset`; `None` where that makes no
+    /// sense.
+    fn chunk_head(&mut self, offset: u64, length: u64) -> Result<Option<ChunkHead>, LogError> {
+        let mut head = [0; records::CHUNK_HEAD];
+        let have = length.min(records::CHUNK_HEAD as u64) as usize;
+        self.reader.seek(SeekFrom::Start(offset + RECORD_HEAD))?;
+        self.reader.read_exact(&mut head[..have])?;
+        Ok(records::chunk(&head[..have], length))
+    }
+
+    /// Where the next record from `offset` on that can be a chunk begins.
+    fn next_chunk(&mut self, mut offset: u64) -> Result<Option<u64>, LogError> {
+        const WINDOW: usize = 64 * 1024;
+        const LEAST: usize = RECORD_HEAD as usize + records::CHUNK_HEAD;
+        let mut window = vec![0; WINDOW + LEAST];
+        while offset < self.size {
+            let have = (self.size - offset).min(window.len() as u64) as usize;
+            self.reader.seek(SeekFrom::Start(offset))?;
+            self.reader.read_exact(&mut window[..have])?;
+            for (k, _) in window[..have.min(WINDOW)].iter().enumerate().filter(|(_, byte)| **byte == op::CHUNK) {
+                let mut fields = Fields(&window[k + 1..have]);
+                let here = offset + k as u64;
+                let fits = |length: &u64| self.size.checked_sub(here + RECORD_HEAD).is_some_and(|left| *length <= left);
+                let Some(length) = fields.u64().filter(fits) else { continue };
+                let body = &fields.0[..fields.0.len().min(records::CHUNK_HEAD)];
+                if records::chunk(body, length).is_some() {
+                    return Ok(Some(here));
+                }
+            }
+            offset += WINDOW as u64;
+        }
+        Ok(None)
     }
 
     /// Opcode and length of the record at `offset`; `None` where no whole record stands there.
@@ -208,16 +258,13 @@ impl<R: Read + Seek> Container<R> {
         Ok((head[0] != 0 && length <= left).then_some((head[0], length)))
     }
 
-    /// The record at `offset`, its checksum verified where it has one.
-    fn record(&mut self, offset: u64, length: u64) -> Result<Record<'static>, Fault> {
+    /// The body of the record at `offset`.
+    fn body(&mut self, offset: u64, length: u64) -> Result<Vec<u8>, Fault> {
         // `head` has checked that the file holds this many bytes.
-        let mut body = vec![0; length as usize];
-        let mut opcode = [0];
-        self.reader.seek(SeekFrom::Start(offset))?;
-        self.reader.read_exact(&mut opcode)?;
+        let mut body = vec![0; usize::try_from(length).map_err(|_| Fault::Lost("it is too long".to_owned()))?];
         self.reader.seek(SeekFrom::Start(offset + RECORD_HEAD))?;
         self.reader.read_exact(&mut body)?;
-        mcap::parse_record(opcode[0], &body).map(Record::into_owned).map_err(|e| Fault::Lost(e.to_string()))
+        Ok(body)
     }
 
     /// The content of an attachment; `None` where the log has none of that name.
@@ -228,10 +275,11 @@ impl<R: Read + Seek> Container<R> {
         let Some(found) = self.attachments.iter().find(|attachment| attachment.name == name).cloned() else {
             return Ok(None);
         };
-        match self.record(found.offset, found.length) {
-            Ok(Record::Attachment { data, .. }) => Ok(Some(data.into_owned())),
-            Ok(_) => Ok(None),
-            Err(fault) => Err(fault.at(found.offset, &format!("the attachment {name}"))),
+        let part = format!("the attachment {name}");
+        let body = self.body(found.offset, found.length).map_err(|fault| fault.at(found.offset, &part))?;
+        match records::attachment(&body) {
+            Some(attachment) if attachment.intact => Ok(Some(attachment.data.to_vec())),
+            _ => Err(Fault::Lost("its checksum does not hold".to_owned()).at(found.offset, &part)),
         }
     }
 
@@ -259,54 +307,100 @@ impl<R: Read + Seek> Container<R> {
     }
 
     /// Starts to read a chunk.
-    pub fn open_chunk(&self, chunk: ChunkRef) -> ChunkReader {
-        let limit = (chunk.length.saturating_mul(LARGEST_RATIO)).max(SMALL_CHUNK);
-        let options = LinearReaderOptions::default()
-            .with_skip_start_magic(true)
-            .with_skip_end_magic(true)
-            .with_validate_chunk_crcs(true)
-            .with_prevalidate_chunk_crcs(true)
-            .with_record_length_limit(usize::try_from(limit).unwrap_or(usize::MAX));
-        // A chunk that reaches beyond the file is read up to its end, and then found to be cut off.
-        let end = chunk.offset.saturating_add(chunk.length).min(self.size);
-        ChunkReader { events: LinearReader::new_with_options(options), next: chunk.offset, end }
+    pub fn open_chunk(&mut self, chunk: ChunkRef) -> ChunkReader {
+        ChunkReader { chunk, records: None, at: 0 }
     }
 
     /// Passes the next record of a chunk, its opcode and body, to `act`. `None` at the chunk's end. Nothing comes out of
-    /// a chunk whose checksum does not hold.
+    /// a chunk whose checksum does not hold; after a fault nothing more comes.
     pub fn next_record<T>(
         &mut self,
         chunk: &mut ChunkReader,
         act: impl FnOnce(u8, &[u8]) -> T,
     ) -> Option<Result<T, Fault>> {
-        loop {
-            let wanted = match chunk.events.next_event()? {
-                Err(error) => return Some(Err(Fault::Lost(error.to_string()))),
-                Ok(LinearReadEvent::Record { opcode, data }) => return Some(Ok(act(opcode, data))),
-                Ok(LinearReadEvent::ReadRequest(wanted)) => wanted,
-            };
-            if let Err(error) = self.feed(chunk, wanted) {
-                return Some(Err(error.into()));
+        if chunk.records.is_none() {
+            match self.load(chunk.chunk) {
+                Ok(records) => chunk.records = Some(records),
+                Err(fault) => return Some(Err(fault)),
             }
         }
+        let records = chunk.records.as_deref().unwrap_or_default();
+        let mut fields = Fields(records.get(chunk.at..).unwrap_or_default());
+        if fields.0.is_empty() {
+            // The memory is used again for the next chunk.
+            self.spare = chunk.records.take().unwrap_or_default();
+            chunk.at = 0;
+            return None;
+        }
+        let head = (fields.bytes(1), fields.u64());
+        let body =
+            if let (Some([opcode]), Some(length)) = head { fields.bytes(length).map(|b| (*opcode, b)) } else { None };
+        let Some((opcode, body)) = body else {
+            return Some(Err(Fault::Lost("a record in it ends beyond it".to_owned())));
+        };
+        chunk.at = records.len() - fields.0.len();
+        Some(Ok(act(opcode, body)))
     }
 
-    fn feed(&mut self, chunk: &mut ChunkReader, wanted: usize) -> Result<(), std::io::Error> {
-        let left = chunk.end.saturating_sub(chunk.next);
-        let wanted = wanted.min(usize::try_from(left).unwrap_or(usize::MAX));
-        self.reader.seek(SeekFrom::Start(chunk.next))?;
-        let read = self.reader.read(chunk.events.insert(wanted))?;
-        chunk.next += read as u64;
-        chunk.events.notify_read(read);
-        Ok(())
+    /// The records of a chunk, their checksum verified.
+    fn load(&mut self, chunk: ChunkRef) -> Result<Vec<u8>, Fault> {
+        let lost = |why: &str| Fault::Lost(why.to_owned());
+        let head = self.head(chunk.offset).map_err(|error| match error {
+            LogError::Io(error) => Fault::Io(error),
+            other => Fault::Lost(other.to_string()),
+        })?;
+        let (opcode, length) = head.ok_or_else(|| lost("it ends beyond the file"))?;
+        if opcode != op::CHUNK || length + RECORD_HEAD != chunk.length {
+            return Err(lost("the index points to something else"));
+        }
+        let length = usize::try_from(length).map_err(|_| lost("it is too long"))?;
+        self.packed.resize(length, 0);
+        self.reader.seek(SeekFrom::Start(chunk.offset + RECORD_HEAD))?;
+        self.reader.read_exact(&mut self.packed)?;
+        let head = records::chunk(&self.packed, length as u64).ok_or_else(|| lost("its head makes no sense"))?;
+        let packed = &self.packed[head.records..];
+        let limit = chunk.length.saturating_mul(LARGEST_RATIO).max(SMALL_CHUNK);
+        if head.uncompressed_size > limit {
+            let size = head.uncompressed_size;
+            return Err(Fault::Lost(format!("it claims {size} bytes of records, above the limit of {limit} bytes")));
+        }
+        let size = head.uncompressed_size as usize;
+        let mut records = std::mem::take(&mut self.spare);
+        records.clear();
+        match head.compression.as_str() {
+            "zstd" => {
+                records.reserve(size);
+                let decompressor = match &mut self.zstd {
+                    Some(decompressor) => decompressor,
+                    none => none.insert(zstd::bulk::Decompressor::new()?),
+                };
+                // Decompresses into the room that is there and not beyond it.
+                decompressor.decompress_to_buffer(packed, &mut records).map_err(|_| lost("it does not decompress"))?;
+            }
+            "lz4" => {
+                let decoder = lz4::Decoder::new(packed).map_err(|_| lost("it does not decompress"))?;
+                let read = decoder.take(size as u64 + 1).read_to_end(&mut records);
+                read.map_err(|_| lost("it does not decompress"))?;
+            }
+            _ => records.extend_from_slice(packed),
+        }
+        if records.len() != size {
+            return Err(Fault::Lost(format!("it holds {} bytes of records and claims {size}", records.len())));
+        }
+        if head.crc != 0 && crc32fast::hash(&records) != head.crc {
+            return Err(lost("its checksum does not hold"));
+        }
+        Ok(records)
     }
 }
 
 /// A chunk that is being read.
 pub struct ChunkReader {
-    events: LinearReader,
-    next: u64,
-    end: u64,
+    chunk: ChunkRef,
+    /// Its records, once they have been read.
+    records: Option<Vec<u8>>,
+    /// Where the next one begins.
+    at: usize,
 }
 
 fn check_magic<R: Read + Seek>(reader: &mut R, size: u64) -> Result<(), LogError> {

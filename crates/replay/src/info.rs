@@ -90,15 +90,13 @@ impl<R: Read + Seek> Log<R> {
         let Some(index) = &self.container.index else {
             return self.check().map(|checked| checked.info);
         };
-        let counts = index.summary.stats.as_ref().map(|stats| stats.channel_message_counts.clone()).unwrap_or_default();
         let mut channels: Vec<ChannelInfo> = index
-            .summary
             .channels
-            .values()
-            .map(|channel| ChannelInfo {
-                name: channel.topic.clone(),
-                schema: channel.schema.as_ref().map(|schema| schema.name.clone()).unwrap_or_default(),
-                messages: counts.get(&channel.id).copied().unwrap_or(0),
+            .iter()
+            .map(|(id, (name, schema))| ChannelInfo {
+                name: name.clone(),
+                schema: schema.clone(),
+                messages: index.counts.get(id).copied().unwrap_or(0),
             })
             .collect();
         channels.sort_by(|a, b| a.name.cmp(&b.name));

@@ -28,6 +28,7 @@ pub mod fields;
 mod info;
 mod log;
 mod messages;
+mod records;
 pub mod recover;
 pub mod resume;
 mod source;

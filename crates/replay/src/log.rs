@@ -6,14 +6,16 @@ use std::path::Path;
 
 use agglo_core::scene::Scene;
 use agglo_core::state::Particles;
-use agglo_record::channels::Topic;
+use agglo_record::BuildInfo;
+use agglo_record::channels::{Effects, Topic, present};
 use agglo_record::cloud::Frame;
 use agglo_record::run::{self, RunInfo, Unreadable, log_time};
-use mcap::records::{Record, op};
+use mcap::records::op;
 
 use crate::container::Container;
 use crate::error::{Damage, LogError, NoState};
 use crate::messages::{Channel, Channels, Message, Messages, RawMessages};
+use crate::records;
 use crate::steps::Steps;
 
 /// Times that differ by less than this part of them are the same: a step's end adds up to 0.3000000000000001 s where
@@ -53,44 +55,84 @@ impl<R: Read + Seek> Log<R> {
     /// # Errors
     /// As [`Log::open`].
     pub fn new(reader: R) -> Result<Self, LogError> {
-        let container = Container::open(reader)?;
-        let run = match container.metadata.get(run::RECORD) {
-            Some(map) => RunInfo::from_map(map).map_err(|unreadable| match unreadable {
-                Unreadable::Version(why) => LogError::Version(why),
-                Unreadable::Foreign(why) => LogError::Foreign(why),
-            })?,
-            // What should have told whose log this is may itself be lost.
-            None => {
-                return Err(match container.damage.first() {
-                    Some(damage) => LogError::Damaged(Damage {
-                        offset: damage.offset,
-                        what: format!("nothing can be read without the metadata record `run`. {}", damage.what),
-                    }),
-                    None => LogError::Foreign("it has no metadata record `run`".to_owned()),
-                });
-            }
+        let mut container = Container::open(reader)?;
+        let named = container.metadata.get(run::RECORD).map(RunInfo::from_map);
+        let run = match named {
+            Some(Ok(run)) => run,
+            unusable => Self::guess_run(&mut container, unusable)?,
         };
         let mut log = Self { container, channels: Channels::new(), run };
         log.channels = log.find_channels()?;
         Ok(log)
     }
 
-    /// The channels as the index has them, else as the first chunk describes them.
-    fn find_channels(&mut self) -> Result<Channels, LogError> {
-        if let Some(index) = &self.container.index {
-            let channels = index.summary.channels.values();
-            return Ok(channels.map(|channel| (channel.id, Channel::named(&channel.topic))).collect());
+    /// What should tell whose log this is may itself be damaged: then the scene tells.
+    fn guess_run(
+        container: &mut Container<R>,
+        unusable: Option<Result<RunInfo, Unreadable>>,
+    ) -> Result<RunInfo, LogError> {
+        let error = match unusable {
+            Some(Err(Unreadable::Version(why))) => LogError::Version(why),
+            Some(Err(Unreadable::Foreign(why))) => LogError::Foreign(why),
+            _ => LogError::Foreign("it has no metadata record `run`".to_owned()),
+        };
+        if container.index.is_some() && container.damage.is_empty() {
+            match container.check_data() {
+                Ok(()) => return Err(error),
+                Err(LogError::Damaged(lost)) => container.damage.push(lost),
+                Err(other) => return Err(other),
+            }
         }
-        let mut channels = Channels::new();
-        let Some(first) = self.container.chunks.first().copied() else { return Ok(channels) };
-        let mut reader = self.container.open_chunk(first);
-        let channel = |opcode, body: &[u8]| match mcap::parse_record(opcode, body) {
-            Ok(Record::Channel(channel)) if opcode == op::CHANNEL => Some((channel.id, Channel::named(&channel.topic))),
+        let lost = container.damage.first().cloned().unwrap_or(Damage { offset: 0, what: error.to_string() });
+        let unknown = || BuildInfo { version: "unknown".to_owned(), commit: "unknown".to_owned() };
+        let json = match container.attachment(run::SCENE) {
+            Ok(Some(bytes)) => String::from_utf8(bytes).ok(),
+            Err(LogError::Io(error)) => return Err(error.into()),
             _ => None,
         };
-        // Damage comes up when the messages are read.
-        while let Some(Ok(found)) = self.container.next_record(&mut reader, channel) {
-            channels.extend(found);
+        let scene = json.and_then(|json| Some((Scene::parse(&json, &[]).ok()?, json)));
+        let effects = scene.as_ref().and_then(|(scene, _)| Effects::of(scene).ok());
+        let (Some((scene, json)), Some(effects)) = (scene, effects) else {
+            return Err(LogError::Damaged(Damage {
+                offset: lost.offset,
+                what: format!("nothing can be read without the metadata record `run` and the scene. {}", lost.what),
+            }));
+        };
+        let what = "the metadata record `run` cannot be read: what it says is taken from the scene".to_owned();
+        container.damage.insert(0, Damage { offset: 0, what });
+        Ok(RunInfo::new(&scene, &json, effects.particles, &unknown()))
+    }
+
+    /// The channels as the index has them, else as the first whole chunk describes them, else as the scene has them.
+    fn find_channels(&mut self) -> Result<Channels, LogError> {
+        if let Some(index) = &self.container.index {
+            return Ok(index.channels.iter().map(|(&id, (topic, _))| (id, Channel::named(topic))).collect());
+        }
+        let mut channels = Channels::new();
+        for chunk in self.container.chunks.clone() {
+            let mut reader = self.container.open_chunk(chunk);
+            let channel = |opcode, body: &[u8]| match records::channel(body) {
+                Some((id, _, topic)) if opcode == op::CHANNEL => Some((id, Channel::named(topic))),
+                _ => None,
+            };
+            // Damage comes up when the messages are read.
+            let mut whole = false;
+            while let Some(Ok(found)) = self.container.next_record(&mut reader, channel) {
+                channels.extend(found);
+                whole = true;
+            }
+            // Only the first chunk of our logs describes channels.
+            if whole {
+                break;
+            }
+        }
+        if channels.is_empty()
+            && let Ok(scene) = self.scene()
+            && let Ok(effects) = Effects::of(&scene)
+        {
+            channels = (0..).zip(present(&effects)).map(|(id, channel)| (id, Channel::named(channel.name))).collect();
+            let what = "the description of the channels is lost: they are those of the scene".to_owned();
+            self.container.damage.insert(0, Damage { offset: 0, what });
         }
         Ok(channels)
     }
@@ -145,7 +187,14 @@ impl<R: Read + Seek> Log<R> {
         let lost = |what: &str| LogError::Damaged(Damage { offset: 0, what: format!("the scene {what}") });
         let bytes = self.attachment(run::SCENE)?.ok_or_else(|| lost("is missing"))?;
         if run::hash(&bytes) != self.run.scene_hash {
-            return Err(lost("is not the one whose hash stands in the metadata"));
+            // Its own checksum holds: it may be the hash that is damaged.
+            match self.container.check_data() {
+                Ok(()) if self.container.damage.is_empty() => {
+                    return Err(lost("is not the one whose hash stands in the metadata"));
+                }
+                Ok(()) | Err(LogError::Damaged(_)) => {}
+                Err(other) => return Err(other),
+            }
         }
         String::from_utf8(bytes).map_err(|_| lost("is not UTF-8"))
     }
@@ -173,6 +222,16 @@ impl<R: Read + Seek> Log<R> {
     pub fn raw_messages(&mut self) -> RawMessages<'_, R> {
         let all = 0..self.container.chunks.len();
         RawMessages::new(self, all)
+    }
+
+    /// How many chunks there are.
+    pub(crate) fn chunks(&self) -> usize {
+        self.container.chunks.len()
+    }
+
+    /// The messages of some chunks, as they stand there.
+    pub(crate) fn raw_part(&mut self, chunks: std::ops::Range<usize>) -> RawMessages<'_, R> {
+        RawMessages::new(self, chunks).part()
     }
 
     /// The messages of some chunks.

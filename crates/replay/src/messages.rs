@@ -15,12 +15,13 @@ use agglo_record::cloud::{self, Frame};
 use agglo_record::convert::{self, Malformed};
 use agglo_record::proto::agglo::v1;
 use agglo_record::proto::foxglove;
-use mcap::records::{Record, op};
+use mcap::records::op;
 use prost::Message as _;
 
 use crate::container::{ChunkReader, ChunkRef, Fault};
 use crate::error::{Damage, LogError};
 use crate::log::Log;
+use crate::records;
 use crate::wire;
 
 /// A message of a log.
@@ -221,7 +222,7 @@ impl<'a, R: Read + Seek> RawMessages<'a, R> {
     }
 
     /// Where the chunk that is being read begins [byte].
-    fn offset(&self) -> u64 {
+    pub(crate) fn offset(&self) -> u64 {
         self.open.as_ref().map_or(self.log.container.size, |(chunk, _)| chunk.offset)
     }
 }
@@ -229,9 +230,9 @@ impl<'a, R: Read + Seek> RawMessages<'a, R> {
 /// Reads one record of a chunk.
 fn examine(channels: &Channels, only: Option<&[Topic]>, opcode: u8, body: &[u8]) -> Step {
     match opcode {
-        op::CHANNEL => match mcap::parse_record(opcode, body) {
-            Ok(Record::Channel(channel)) => Step::Channel(channel.id, Channel::named(&channel.topic)),
-            _ => Step::Malformed("a channel record".to_owned()),
+        op::CHANNEL => match records::channel(body) {
+            Some((id, _, topic)) => Step::Channel(id, Channel::named(topic)),
+            None => Step::Malformed("a channel record".to_owned()),
         },
         op::MESSAGE => {
             // Channel, sequence, log time, publish time; then the message.
@@ -257,8 +258,8 @@ fn examine(channels: &Channels, only: Option<&[Topic]>, opcode: u8, body: &[u8])
     }
 }
 
-fn senseless(offset: u64, what: &str) -> LogError {
-    LogError::Damaged(Damage { offset, what: format!("a message in the chunk from here makes no sense: {what}") })
+pub(crate) fn senseless(offset: u64, what: &str) -> Damage {
+    Damage { offset, what: format!("a message in the chunk from here makes no sense: {what}") }
 }
 
 impl<R: Read + Seek> Iterator for RawMessages<'_, R> {
@@ -293,7 +294,7 @@ impl<R: Read + Seek> Iterator for RawMessages<'_, R> {
                     match step {
                         Step::Message(message) => return Some(Ok(message)),
                         Step::Channel(id, channel) => drop(self.channels.insert(id, channel)),
-                        Step::Malformed(what) => return Some(Err(senseless(chunk.offset, &what))),
+                        Step::Malformed(what) => return Some(Err(LogError::Damaged(senseless(chunk.offset, &what)))),
                         Step::Nothing => {}
                     }
                 }
@@ -338,7 +339,9 @@ impl<R: Read + Seek> Iterator for Messages<'_, R> {
             match message.decode() {
                 Ok(Some(entry)) => return Some(Ok(entry)),
                 Ok(None) => {}
-                Err(malformed) => return Some(Err(senseless(self.raw.offset(), &malformed.to_string()))),
+                Err(malformed) => {
+                    return Some(Err(LogError::Damaged(senseless(self.raw.offset(), &malformed.to_string()))));
+                }
             }
         }
     }

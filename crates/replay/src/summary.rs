@@ -2,9 +2,12 @@
 
 use std::io::{Read, Seek, SeekFrom};
 
-use mcap::sans_io::{SummaryReadEvent, SummaryReader, SummaryReaderOptions};
+use std::collections::BTreeMap;
 
-use crate::container::Fault;
+use mcap::records::op;
+
+use crate::container::{ChunkRef, Fault};
+use crate::records::{self, Fields};
 
 /// Footer record and end mark: opcode, length, start of the summary, start of its offsets, checksum, magic.
 const TAIL: u64 = 1 + 8 + 8 + 8 + 4 + 8;
@@ -13,7 +16,14 @@ const TAIL: u64 = 1 + 8 + 8 + 8 + 4 + 8;
 pub struct Index {
     /// Where it begins [byte]; the data end just before.
     pub start: u64,
-    pub summary: mcap::Summary,
+    /// All chunks, in the order of the file.
+    pub chunks: Vec<ChunkRef>,
+    /// Topic and name of the schema of every channel, by its number.
+    pub channels: BTreeMap<u16, (String, String)>,
+    /// Messages of every channel.
+    pub counts: BTreeMap<u16, u64>,
+    /// Where metadata records and attachments begin.
+    pub others: Vec<u64>,
 }
 
 /// Reads the index of a file of `size` bytes, after verifying its checksum.
@@ -44,23 +54,54 @@ pub fn read<R: Read + Seek>(reader: &mut R, size: u64) -> Result<Index, Fault> {
     if stored != 0 && checksum(reader, start, tail_start + 25)? != stored {
         return Err(lost("its checksum does not hold"));
     }
-    let mut events = SummaryReader::new_with_options(
-        SummaryReaderOptions::default().with_file_size(size).with_record_length_limit((size - start) as usize),
-    );
-    while let Some(event) = events.next_event() {
-        match event.map_err(|e| Fault::Lost(e.to_string()))? {
-            SummaryReadEvent::SeekRequest(to) => {
-                let at = reader.seek(to)?;
-                events.notify_seeked(at);
+    if start == 0 {
+        return Err(lost("there is none"));
+    }
+    let mut bytes = vec![0; usize::try_from(tail_start - start).map_err(|_| lost("it is too long"))?];
+    reader.seek(SeekFrom::Start(start))?;
+    reader.read_exact(&mut bytes)?;
+    parse(start, &bytes).ok_or_else(|| lost("a record in it makes no sense"))
+}
+
+fn parse(start: u64, bytes: &[u8]) -> Option<Index> {
+    let (mut chunks, mut others, mut counts) = (Vec::new(), Vec::new(), BTreeMap::new());
+    let (mut schemas, mut channels) = (BTreeMap::new(), BTreeMap::new());
+    let mut fields = Fields(bytes);
+    while !fields.0.is_empty() {
+        let opcode = *fields.bytes(1)?.first()?;
+        let length = fields.u64()?;
+        let body = fields.bytes(length)?;
+        let mut record = Fields(body);
+        match opcode {
+            op::SCHEMA => {
+                let (id, name) = records::schema(body)?;
+                schemas.insert(id, name.to_owned());
             }
-            SummaryReadEvent::ReadRequest(wanted) => {
-                let read = reader.read(events.insert(wanted))?;
-                events.notify_read(read);
+            op::CHANNEL => {
+                let (id, schema, topic) = records::channel(body)?;
+                channels.insert(id, (topic.to_owned(), schema));
             }
+            op::CHUNK_INDEX => {
+                let (start, _end) = (record.u64()?, record.u64()?);
+                chunks.push(ChunkRef { offset: record.u64()?, length: record.u64()?, start });
+            }
+            op::ATTACHMENT_INDEX | op::METADATA_INDEX => others.push(record.u64()?),
+            op::STATISTICS => {
+                // Messages, schemas, channels, attachments, metadata, chunks, first and last time.
+                record.bytes(8 + 2 + 4 + 4 + 4 + 4 + 8 + 8)?;
+                let length = record.u32()?;
+                let mut map = Fields(record.bytes(length.into())?);
+                while !map.0.is_empty() {
+                    counts.insert(map.u16()?, map.u64()?);
+                }
+            }
+            _ => {}
         }
     }
-    let summary = events.finish().ok_or_else(|| lost("there is none"))?;
-    Ok(Index { start, summary })
+    chunks.sort_by_key(|chunk| chunk.offset);
+    let named =
+        |(id, (topic, schema)): (u16, (String, u16))| (id, (topic, schemas.get(&schema).cloned().unwrap_or_default()));
+    Some(Index { start, chunks, channels: channels.into_iter().map(named).collect(), counts, others })
 }
 
 /// CRC-32 of the bytes from `start` to `end`.

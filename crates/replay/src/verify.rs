@@ -110,7 +110,8 @@ impl<R: Read + Seek> Log<R> {
         let mut simulation = Simulation::new(&scene)?;
         let mut encoder =
             Encoder::new(&scene).map_err(|error| VerifyError::Scene(vec![Problem::new("", error.to_string())]))?;
-        let mut recorded = Recorded { messages: self.raw_messages(), next: None, damage: Vec::new(), gap: false };
+        let damage = self.file_damage()?;
+        let mut recorded = Recorded { messages: self.raw_messages(), next: None, damage, gap: false };
         let mut from = (0, 0.0);
         if let Some(checkpoint) = &start {
             from = (checkpoint.step, checkpoint.time);
@@ -140,6 +141,8 @@ impl<R: Read + Seek> Log<R> {
             };
         }
         done.damage = recorded.damage;
+        done.damage.sort_by_key(|lost| lost.offset);
+        done.damage.dedup();
         Ok(done)
     }
 

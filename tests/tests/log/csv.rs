@@ -3,7 +3,8 @@
 use std::io::Cursor;
 
 use agglo_replay::Log;
-use agglo_replay::csv::{At, ExportError, export, read_particles};
+use agglo_replay::csv::{export, read_particles};
+use agglo_replay::export::{At, ExportError};
 
 use crate::story::{EVERYTHING, Kind, NOTHING, log};
 

@@ -4,7 +4,8 @@ use std::path::PathBuf;
 
 use agglo_core::Scene;
 use agglo_core::scene::{ParticleSource, Problem};
-use agglo_replay::csv::{At, export};
+use agglo_replay::csv::export;
+use agglo_replay::export::At;
 use agglo_replay::{Log, resolve_particles};
 
 use crate::story::{EVERYTHING, Kind, NOTHING, log};

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use agglo_replay::csv::At;
+use agglo_replay::export::At;
 use clap::{Args, ValueEnum};
 
 use crate::target::Target;
@@ -31,4 +31,10 @@ pub struct ExportArgs {
 pub enum ExportFormat {
     /// Comma-separated values, a line per particle.
     Csv,
+    /// Extended XYZ, for OVITO and ASE.
+    Extxyz,
+    /// VTK PolyData, for ParaView, PyVista and OVITO; `--at all` writes a .pvd that lists a file per state.
+    Vtp,
+    /// Parquet, for pandas and polars: the columns of the CSV.
+    Parquet,
 }

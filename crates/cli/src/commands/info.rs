@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use agglo_replay::{Info, LogError};
+use agglo_replay::{Damage, Info, LogError};
 use serde_json::{Value, json};
 
 use crate::args::InfoArgs;
@@ -23,6 +23,8 @@ pub fn info(args: &InfoArgs, terminal: &Terminal) -> CommandResult {
         Ok(info) => info,
         // Too little is left to say anything else about it, but that is an answer too.
         Err(LogError::Damaged(damage)) => {
+            let text = unreadable(args, &damage);
+            output::write_all(&Target::Standard, false, text.as_bytes())?;
             logs::warn(&args.log, &[damage], terminal);
             return Ok(Success::Damaged);
         }
@@ -37,6 +39,21 @@ pub fn info(args: &InfoArgs, terminal: &Terminal) -> CommandResult {
 fn read(args: &InfoArgs) -> Result<Info, LogError> {
     let mut log = logs::open(&args.log)?;
     if args.check { log.check().map(|checked| checked.info) } else { log.info() }
+}
+
+/// What is known of a log of which nothing can be read.
+fn unreadable(args: &InfoArgs, damage: &Damage) -> String {
+    let file = args.log.display().to_string();
+    let bytes = std::fs::metadata(&args.log).map_or(0, |about| about.len());
+    if args.json {
+        let damage = json!([{ "offset": damage.offset, "what": damage.what }]);
+        let object = json!({
+            "format": 1, "file": file, "bytes": bytes, "checked": args.check, "damaged": true, "readable": false,
+            "damage": damage,
+        });
+        return format!("{object:#}\n");
+    }
+    format!("{:<11} {file}, damaged, {}\n{:<11} nothing can be read\n", "log", size::human(bytes), "messages")
 }
 
 fn as_text(args: &InfoArgs, info: &Info) -> String {
@@ -86,7 +103,7 @@ fn as_json(args: &InfoArgs, info: &Info) -> Value {
     let damage = info.damage.iter().map(|damage| json!({ "offset": damage.offset, "what": damage.what }));
     json!({
         "format": 1, "file": args.log.display().to_string(), "bytes": info.size, "checked": args.check,
-        "damaged": !info.is_whole(),
+        "damaged": !info.is_whole(), "readable": true,
         "log_format": format!("{major}.{minor}"), "version": run.build.version, "commit": run.build.commit,
         "scene": { "name": run.scene_name, "hash": run.scene_hash }, "model": run.model, "seed": run.seed,
         "particles": run.particles, "time_scale": run.time_scale, "terms": run.terms, "start": info.start,

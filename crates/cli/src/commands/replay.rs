@@ -39,7 +39,8 @@ fn list(mut log: Log<BufReader<File>>, args: &ReplayArgs, terminal: &Terminal) -
         Columns { contact: has("contact"), thermal: has("thermal"), clusters: has("binding") || has("clusters") };
     let from = args.from.map_or(f64::NEG_INFINITY, |t| t - SAME_TIME * t.abs());
     let mut out = BufWriter::with_capacity(1 << 16, io::stdout().lock());
-    let (mut damage, mut lines, mut last) = (Vec::new(), 0, None);
+    let mut damage = log.file_damage().map_err(|error| logs::failure(&args.log, &error))?;
+    let (mut lines, mut last) = (0, None);
     let written = (|| -> Result<(), io::Error> {
         if !args.json {
             columns.header(&mut out)?;

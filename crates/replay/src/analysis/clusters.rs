@@ -77,10 +77,8 @@ impl Close<'_> {
         let mut bounds = Bounds { open: false, bonds: (pairs.len() as u64, pairs.len() as u64) };
         if let Some(rounding) = rounding {
             let (certain, possible) = self.edges(range, rounding);
-            bounds = Bounds {
-                open: certain.len() < possible.len(),
-                bonds: (certain.len() as u64, possible.len() as u64),
-            };
+            bounds =
+                Bounds { open: certain.len() < possible.len(), bonds: (certain.len() as u64, possible.len() as u64) };
             if let (Some(_), Some(recorded)) = (disagrees, recorded)
                 && bounds.open
                 && recorded.len() == n
@@ -120,9 +118,8 @@ impl Close<'_> {
         let margin = (shift / smallest).min(0.1 * range);
         let possible = self.pairs(range + margin);
         let radius = &self.particles.radius;
-        let distance = |pair: &ClosePair| {
-            (pair.square.sqrt(), range * (radius[pair.i as usize] + radius[pair.j as usize]))
-        };
+        let distance =
+            |pair: &ClosePair| (pair.square.sqrt(), range * (radius[pair.i as usize] + radius[pair.j as usize]));
         let within = |by: f64| {
             possible.iter().copied().filter(move |pair| {
                 let (s, reach) = distance(pair);

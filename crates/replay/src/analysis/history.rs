@@ -204,8 +204,7 @@ mod tests {
     #[test]
     fn two_pairs_merge_and_part() {
         // {0, 1} and {2, 3}; all four; {0, 1, 2} and 3; {0, 1} and {2, 3}; nobody.
-        let (counts, lives) =
-            follow(&[&[0, 0, 1, 1], &[0, 0, 0, 0], &[0, 0, 0, 1], &[0, 0, 1, 1], &[0, 1, 2, 3]]);
+        let (counts, lives) = follow(&[&[0, 0, 1, 1], &[0, 0, 0, 0], &[0, 0, 0, 1], &[0, 0, 1, 1], &[0, 1, 2, 3]]);
         assert_eq!((counts.mergers, counts.break_ups, counts.formed), (1, 0, 1), "3 was alone before {{2, 3}}");
         let of = |id: u64| *lives.iter().find(|life| life.id == id).unwrap();
         assert_eq!((of(0).born, of(0).ended, of(0).end, of(0).largest), (0.0, 4.0, End::Dispersed, 4));

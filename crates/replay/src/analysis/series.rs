@@ -1,7 +1,7 @@
 //! A curve of bounded size: however many points go in, what comes out is drawn in the same picture.
 
 /// Most spans that a curve is kept in.
-const SPANS: usize = 2048;
+const SPANS: usize = 1024;
 
 /// Consecutive points of a curve.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -99,7 +99,15 @@ mod tests {
     #[test]
     fn a_long_curve_keeps_its_peaks() {
         let mut series = Series::default();
-        let value = |k: u32| if k == 54_321 { 9.0 } else if k == 12_345 { -7.0 } else { f64::from(k % 10) / 10.0 };
+        let value = |k: u32| {
+            if k == 54_321 {
+                9.0
+            } else if k == 12_345 {
+                -7.0
+            } else {
+                f64::from(k % 10) / 10.0
+            }
+        };
         for k in 0..100_000 {
             series.push(f64::from(k), value(k));
         }

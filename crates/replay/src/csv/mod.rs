@@ -7,7 +7,8 @@ mod read;
 mod write;
 
 pub use read::{CsvError, read_particles};
-pub use write::{At, ExportError, Exported, Table, export};
+pub(crate) use write::number;
+pub use write::{Table, export};
 
 /// All columns, in their order.
 pub const COLUMNS: [&str; 14] =
