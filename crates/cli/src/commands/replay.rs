@@ -74,7 +74,7 @@ fn list(mut log: Log<BufReader<File>>, args: &ReplayArgs, terminal: &Terminal) -
     match (args.from, last) {
         (Some(from), Some(last)) if lines == 0 => {
             let text = format!("{} ends at t = {last} s, before {from} s", args.log.display());
-            return Err(Failure::Input(Message::new(text).file(args.log.display())));
+            Err(Failure::Input(Message::new(text).file(args.log.display())))
         }
         _ => Ok(success(&damage)),
     }

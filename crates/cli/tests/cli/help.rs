@@ -5,7 +5,8 @@ use std::path::Path;
 
 use super::Folder;
 
-const COMMANDS: [&str; 8] = ["run", "check", "init", "info", "export", "schema", "completions", "man"];
+const COMMANDS: [&str; 12] =
+    ["run", "check", "init", "info", "analyze", "replay", "diff", "export", "recover", "schema", "completions", "man"];
 
 #[test]
 fn help_is_as_recorded() {

@@ -32,7 +32,7 @@ pub struct Rate {
 impl Growth {
     /// Takes the root mean square distance of the two states at time t [s], in mean diameters [-].
     pub fn add(&mut self, t: f64, distance: f64) {
-        if self.over || !(distance > 0.0) {
+        if self.over || distance <= 0.0 || distance.is_nan() {
             return;
         }
         if distance > SATURATED || !distance.is_finite() {

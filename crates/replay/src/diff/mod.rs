@@ -239,13 +239,16 @@ pub fn diff<R: Read + Seek>(
     Ok(report)
 }
 
+/// Time [s], step and, where it is known, particle.
+type Parting = (f64, u64, Option<usize>);
+
 /// One reading of both logs.
 struct Pass<'a> {
     report: Report,
     comparison: Comparison,
     growth: Growth,
-    /// Time [s], step and particle where states first differ.
-    parted: Option<(f64, u64, Option<usize>)>,
+    /// Where states first differ.
+    parted: Option<Parting>,
     particles: Option<Particles>,
     scene: Option<&'a Scene>,
 }
@@ -263,7 +266,7 @@ impl Pass<'_> {
         a: &mut Log<R>,
         b: &mut Log<R>,
         watch: &mut dyn FnMut(f64, u64),
-    ) -> Result<(Report, Option<(f64, u64, Option<usize>)>), LogError> {
+    ) -> Result<(Report, Option<Parting>), LogError> {
         let (damage_a, damage_b) = (a.file_damage()?, b.file_damage()?);
         let topics = |log: &Log<R>| log.channels.values().filter_map(|channel| channel.topic).collect::<Vec<_>>();
         let known: Vec<Topic> = topics(a).into_iter().chain(topics(b)).collect();

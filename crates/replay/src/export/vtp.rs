@@ -77,10 +77,6 @@ pub fn write(out: impl Write, frame: &Frame, particles: &Particles) -> Result<u6
     let root = [("type", "PolyData"), ("version", "1.0"), ("byte_order", "LittleEndian"), ("header_type", "UInt64")];
     writer.create_element("VTKFile").with_attributes(root).write_inner_content(|writer| {
         writer.create_element("PolyData").write_inner_content(|writer| {
-            writer.create_element("FieldData").write_inner_content(|writer| {
-                Array::reals("TimeValue", &[*t]).write_field(writer)?;
-                Array::integers("Step", std::iter::once(*step as i64)).write_field(writer)
-            })?;
             let count = n.to_string();
             let piece = [
                 ("NumberOfPoints", count.as_str()),
@@ -104,6 +100,11 @@ pub fn write(out: impl Write, frame: &Frame, particles: &Particles) -> Result<u6
                     Array::integers("offsets", 1..=n as i64).write(writer)
                 })?;
                 Ok(())
+            })?;
+            // Behind the particles: OVITO does not recognise files that begin with it.
+            writer.create_element("FieldData").write_inner_content(|writer| {
+                Array::reals("TimeValue", &[*t]).write_field(writer)?;
+                Array::integers("Step", std::iter::once(*step as i64)).write_field(writer)
             })?;
             Ok(())
         })?;
