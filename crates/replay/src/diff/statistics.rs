@@ -3,7 +3,7 @@
 //! Every curve has a mean per block of time. With N references, a run of the same kind lies beyond
 //! t = |x - mean| / (s sqrt(1 + 1/N)) with the probability that Student's distribution of N - 1 degrees of freedom gives. Holm's correction keeps the
 //! chance that anything at all is judged to differ, where nothing does, at the significance. Changes below 3 % of a curve are
-//! never judged to differ, and two curves that a single hot particle decides are reported without being judged.
+//! never judged to differ, and curves that a single hot pair decides are reported without being judged.
 
 use std::io::{Read, Seek};
 
