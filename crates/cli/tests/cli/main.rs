@@ -5,11 +5,13 @@
 //! `runs`     runs and their logs: summary, streams, interruption, failure, the same bytes every time
 //! `files`    what is read and written: overwriting, folders, full disks, closed pipes
 //! `logs`     `info` and `export`, on whole and damaged logs
+//! `diff`     verdicts, tolerances, ensembles, the commands of docs/ci.md
 //! `replay`   steps listed and verified, runs that go on: interrupted, cut off, killed
 //! `readme`   every command of the README
 
 #![allow(clippy::unwrap_used)] // What is unexpected fails the test.
 
+mod diff;
 mod files;
 mod help;
 mod logs;
