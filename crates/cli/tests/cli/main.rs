@@ -6,6 +6,7 @@
 //! `files`    what is read and written: overwriting, folders, full disks, closed pipes
 //! `logs`     `info` and `export`, on whole and damaged logs
 //! `diff`     verdicts, tolerances, ensembles, the commands of docs/ci.md
+//! `planted`  differences planted into a log, each found where it is
 //! `replay`   steps listed and verified, runs that go on: interrupted, cut off, killed
 //! `readme`   every command of the README
 
@@ -15,6 +16,7 @@ mod diff;
 mod files;
 mod help;
 mod logs;
+mod planted;
 mod readme;
 mod replay;
 mod runs;
