@@ -146,9 +146,14 @@ pub fn held_by_particles(model: &Model, particles: &Particles, state: &State) ->
 /// Sum of m v [kg m/s], and of r x m v about the origin [kg m^2/s].
 #[must_use]
 pub fn momentum(particles: &Particles, state: &State) -> ([f64; 3], [f64; 3]) {
-    let (mass, r, v) = (&particles.mass, &state.position, &state.velocity);
-    let total = |vector: &dyn Fn(usize) -> Vector3<f64>| -> [f64; 3] {
-        std::array::from_fn(|k| (0..mass.len()).map(|i| vector(i)[k]).collect::<Sum>().value())
-    };
-    (total(&|i| mass[i] * v.get(i)), total(&|i| r.get(i).cross(&(mass[i] * v.get(i)))))
+    let (mut linear, mut angular) = ([Sum::default(); 3], [Sum::default(); 3]);
+    for (i, &mass) in particles.mass.iter().enumerate() {
+        let momentum = mass * state.velocity.get(i);
+        let moment = state.position.get(i).cross(&momentum);
+        for k in 0..3 {
+            linear[k].add(momentum[k]);
+            angular[k].add(moment[k]);
+        }
+    }
+    (linear.map(Sum::value), angular.map(Sum::value))
 }

@@ -7,6 +7,7 @@
 //! All quantities are in SI units. Results are the same bits for every number of threads.
 
 pub mod assembly;
+pub mod cells;
 pub mod characteristics;
 pub mod checkpoint;
 pub mod clusters;

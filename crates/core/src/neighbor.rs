@@ -190,6 +190,28 @@ impl Grid {
         ((cell[2] as u64) << 42) | ((cell[1] as u64) << 21) | cell[0] as u64
     }
 
+    /// The cell with a key.
+    pub(crate) fn cell_of(key: u64) -> [i64; 3] {
+        const MASK: u64 = (1 << 21) - 1;
+        [(key & MASK) as i64, (key >> 21 & MASK) as i64, (key >> 42) as i64]
+    }
+
+    /// Whether the two neighbours of a cell differ from it and from each other in every direction.
+    pub(crate) fn has_neighbours(&self) -> bool {
+        self.wrapped.iter().all(|&cells| cells == 0 || cells > 2)
+    }
+
+    /// Whether a cell is the last along a periodic axis.
+    pub(crate) fn is_last(&self, axis: usize, c: i64) -> bool {
+        self.wrapped[axis] > 0 && c + 1 == self.wrapped[axis]
+    }
+
+    /// The cell one step further along an axis; `None` before the first of an open one.
+    pub(crate) fn step(&self, axis: usize, c: i64, by: i64) -> Option<i64> {
+        let wrapped = self.wrapped[axis];
+        if wrapped > 0 { Some((c + by).rem_euclid(wrapped)) } else { Some(c + by).filter(|&c| c >= 0) }
+    }
+
     /// Calls `visit` for every point in the 27 cells about a cell, each once; `cells` is sorted (key, point).
     pub(crate) fn visit(&self, cell: [i64; 3], cells: &[(u64, u32)], mut visit: impl FnMut(u32)) {
         let about: [([i64; 3], usize); 3] = std::array::from_fn(|axis| self.about(axis, cell[axis]));

@@ -1,11 +1,13 @@
 //! Finding who is close: pairs with s <= factor (b_i + b_j), and particles at walls.
 
+use crate::cells::{Cells, Visit};
 use crate::contact::Touch;
 use crate::domain::{Domain, Periodic};
 use crate::impact::Partner;
 use crate::neighbor::Neighbors;
 use crate::simd::{Task, vectorized};
 use crate::state::{Columns, Particles};
+use std::ops::Range;
 
 /// Surfaces closer than this share of the smaller diameter touch [-].
 pub const TOUCHING: f64 = 1e-9;
@@ -45,7 +47,8 @@ impl Search {
         self.neighbors.update(r, &domain.periodic);
         self.pairs.clear();
         let (neighbors, pairs) = (&self.neighbors, &mut self.pairs);
-        vectorized(Scan { neighbors, r, radius: &particles.radius, periodic: &domain.periodic, factor, pairs });
+        let test = Test { r, radius: &particles.radius, periodic: &domain.periodic, factor };
+        vectorized(Scan { neighbors, test, pairs });
         &self.pairs
     }
 
@@ -65,13 +68,71 @@ impl Search {
     }
 }
 
+/// Calls `visit` for each pair with s <= factor (b_i + b_j) at positions r once, in no particular order but always the
+/// same; memory is linear in the number of particles, however many pairs there are.
+pub fn visit_close(r: &Columns, particles: &Particles, domain: &Domain, factor: f64, visit: impl FnMut(ClosePair)) {
+    let largest = particles.radius.iter().copied().fold(0.0, f64::max);
+    let periodic = &domain.periodic;
+    let cells = Cells::new(r, 2.0 * largest * factor * (1.0 + TOUCHING), periodic);
+    if cells.is_one() {
+        let test = Test { r, radius: &particles.radius, periodic, factor };
+        return vectorized(Walk { cells: &cells, test, visit });
+    }
+    let (r, radius) = (cells.sorted_vectors(r), cells.sorted(&particles.radius));
+    let test = Test { r: &r, radius: &radius, periodic, factor };
+    vectorized(Walk { cells: &cells, test, visit });
+}
+
+/// Looks at every pair that cells bring together once.
+struct Walk<'a, V> {
+    cells: &'a Cells,
+    /// Particles in the order of places.
+    test: Test<'a>,
+    visit: V,
+}
+
+impl<V: FnMut(ClosePair)> Task for Walk<'_, V> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run(self) {
+        if self.test.periodic.any() { self.all::<true>() } else { self.all::<false>() }
+    }
+}
+
+impl<V: FnMut(ClosePair)> Walk<'_, V> {
+    #[inline(always)]
+    fn all<const PERIODIC: bool>(self) {
+        let Self { cells, test, visit } = self;
+        let n = cells.order().len();
+        cells.walk(0..n, &mut Visitor::<V, PERIODIC> { test, order: cells.order(), visit });
+    }
+}
+
+/// Tests the pairs of one place after another.
+struct Visitor<'a, V, const PERIODIC: bool> {
+    test: Test<'a>,
+    order: &'a [u32],
+    visit: V,
+}
+
+impl<V: FnMut(ClosePair), const PERIODIC: bool> Visit for Visitor<'_, V, PERIODIC> {
+    #[inline(always)]
+    fn visit(&mut self, place: usize, runs: &[Range<usize>]) {
+        let Self { test, order, visit } = self;
+        for run in runs {
+            test.run::<PERIODIC>(place, run.clone(), |i, j, square| {
+                let (i, j) = (order[i], order[j]);
+                visit(ClosePair { i: i.min(j), j: i.max(j), square });
+            });
+        }
+    }
+}
+
 /// Looks at every candidate pair once.
 struct Scan<'a> {
     neighbors: &'a Neighbors,
-    r: &'a Columns,
-    radius: &'a [f64],
-    periodic: &'a Periodic,
-    factor: f64,
+    test: Test<'a>,
     pairs: &'a mut Vec<ClosePair>,
 }
 
@@ -80,37 +141,68 @@ impl Task for Scan<'_> {
 
     #[inline(always)]
     fn run(self) {
-        if self.periodic.any() { self.all::<true>() } else { self.all::<false>() }
+        if self.test.periodic.any() { self.all::<true>() } else { self.all::<false>() }
     }
 }
 
 impl Scan<'_> {
     #[inline(always)]
     fn all<const PERIODIC: bool>(self) {
-        let n = self.radius.len();
+        let Self { neighbors, test, pairs } = self;
+        let mut keep = |i: usize, j: usize, square| pairs.push(ClosePair { i: i as u32, j: j as u32, square });
+        let n = test.radius.len();
         for i in 0..n {
-            if let Some(row) = self.neighbors.row(i) {
-                let after = row.partition_point(|&j| j as usize <= i);
-                for &j in &row[after..] {
-                    let square = self.square::<PERIODIC>(i, j as usize);
-                    keep(self.pairs, i, j as usize, square, self.reach(i, j as usize));
+            match neighbors.row(i) {
+                Some(row) => {
+                    let after = row.partition_point(|&j| j as usize <= i);
+                    for &j in &row[after..] {
+                        test.pair::<PERIODIC>(i, j as usize, &mut keep);
+                    }
                 }
-                continue;
+                None => test.run::<PERIODIC>(i, i + 1..n, &mut keep),
             }
-            let mut from = i + 1;
-            while let Some((squares, reaches)) = self.group::<PERIODIC>(i, from) {
-                let mut any = false;
+        }
+    }
+}
+
+/// Tells which pairs are close.
+struct Test<'a> {
+    r: &'a Columns,
+    radius: &'a [f64],
+    periodic: &'a Periodic,
+    factor: f64,
+}
+
+impl Test<'_> {
+    /// Calls `keep` for those of consecutive particles that are close to i.
+    #[inline(always)]
+    fn run<const PERIODIC: bool>(&self, i: usize, run: Range<usize>, mut keep: impl FnMut(usize, usize, f64)) {
+        let mut from = run.start;
+        while from + GROUP <= run.end {
+            let Some((squares, reaches)) = self.group::<PERIODIC>(i, from) else { break };
+            let mut any = false;
+            for k in 0..GROUP {
+                any |= squares[k] <= reaches[k];
+            }
+            if any {
                 for k in 0..GROUP {
-                    any |= squares[k] <= reaches[k];
+                    if squares[k] <= reaches[k] {
+                        keep(i, from + k, squares[k]);
+                    }
                 }
-                if any {
-                    (0..GROUP).for_each(|k| keep(self.pairs, i, from + k, squares[k], reaches[k]));
-                }
-                from += GROUP;
             }
-            for j in from..n {
-                keep(self.pairs, i, j, self.square::<PERIODIC>(i, j), self.reach(i, j));
-            }
+            from += GROUP;
+        }
+        for j in from..run.end {
+            self.pair::<PERIODIC>(i, j, &mut keep);
+        }
+    }
+
+    #[inline(always)]
+    fn pair<const PERIODIC: bool>(&self, i: usize, j: usize, keep: &mut impl FnMut(usize, usize, f64)) {
+        let square = self.square::<PERIODIC>(i, j);
+        if square <= self.reach(i, j) {
+            keep(i, j, square);
         }
     }
 
@@ -156,11 +248,5 @@ impl Scan<'_> {
     fn reach(&self, i: usize, j: usize) -> f64 {
         let reach = self.factor * (self.radius[i] + self.radius[j]);
         reach * reach
-    }
-}
-
-fn keep(pairs: &mut Vec<ClosePair>, i: usize, j: usize, square: f64, reach: f64) {
-    if square <= reach {
-        pairs.push(ClosePair { i: i as u32, j: j as u32, square });
     }
 }

@@ -6,6 +6,7 @@
 //! need no exchange between rows, the result is the same for every number of threads, and since every operation is
 //! symmetric in i and j, Newton's third law holds to the last bit of each pair.
 
+mod energies;
 mod external;
 mod near_field;
 mod power;

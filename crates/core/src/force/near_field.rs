@@ -5,6 +5,7 @@
 //! so that energy is continuous there. Reference: Zohdi 2004, section 2.
 
 use super::power::Power;
+use crate::cells::Cells;
 use crate::domain::Periodic;
 use crate::neighbor::Neighbors;
 use crate::scene::{self, Scene, Weight};
@@ -150,15 +151,47 @@ impl Field {
                 radius: particles.radius.clone(),
             }
         });
-        let largest = particles.radius.iter().copied().fold(0.0, f64::max);
-        let binding_reach = binding.as_ref().map_or(0.0, |b| 2.0 * largest * b.range);
-        let near_reach = match (groups.is_empty(), cutoff < f64::MAX) {
+        let mut field = Self { groups, cutoff, switch, binding, periodic: *periodic, neighbors: Neighbors::All };
+        field.neighbors = Neighbors::choose(field.reach(), start, periodic);
+        Some(field)
+    }
+
+    /// Distance beyond which no two particles interact [m]; infinite without a cut-off.
+    #[must_use]
+    pub fn reach(&self) -> f64 {
+        let binding_reach = self.binding.as_ref().map_or(0.0, |binding| {
+            let largest = binding.radius.iter().copied().fold(0.0, f64::max);
+            2.0 * largest * binding.range
+        });
+        let near_reach = match (self.groups.is_empty(), self.cutoff < f64::MAX) {
             (true, _) => 0.0,
-            (false, true) => cutoff,
+            (false, true) => self.cutoff,
             (false, false) => f64::INFINITY,
         };
-        let neighbors = Neighbors::choose(near_reach.max(binding_reach), start, periodic);
-        Some(Self { groups, cutoff, switch, binding, periodic: *periodic, neighbors })
+        near_reach.max(binding_reach)
+    }
+
+    /// The field of the same particles in the order of places, without lists.
+    pub(crate) fn sorted(&self, cells: &Cells) -> Self {
+        let Self { groups, cutoff, switch, binding, periodic, neighbors: _ } = self;
+        let column = |column: &Option<Vec<f64>>| column.as_deref().map(|column| cells.sorted(column));
+        let group =
+            |group: &Group| Group { weight: column(&group.weight), kind: group.kind, terms: group.terms.clone() };
+        let binding = binding.as_ref().map(|binding| BindingTerm {
+            power: binding.power,
+            strength: binding.strength,
+            range: binding.range,
+            weight: column(&binding.weight),
+            radius: cells.sorted(&binding.radius),
+        });
+        Self {
+            groups: groups.iter().map(group).collect(),
+            cutoff: *cutoff,
+            switch: *switch,
+            binding,
+            periodic: *periodic,
+            neighbors: Neighbors::All,
+        }
     }
 
     /// Adds the pair forces at positions r, length n [m], to `force` [N]. Returns the number of unordered pairs looked
@@ -174,20 +207,21 @@ impl Field {
     /// Leaves the lists alone: taking a sample must not change the run.
     #[must_use]
     pub fn energies(&self, r: &Columns) -> (f64, f64) {
-        let [near_field, binding, _] = self.energies_and_size(r);
+        let [near_field, binding, _] = if self.neighbors.valid(r, &self.periodic) {
+            super::energies::energies(self, r)
+        } else {
+            let mut own = self.clone();
+            own.neighbors.update(r, &own.periodic);
+            super::energies::energies(&own, r)
+        };
         (near_field, binding)
     }
 
-    /// As [`Field::energies`], and the sum of the absolute energies of all pairs, against which round-off is to be
-    /// judged [J].
+    /// As [`Field::energies`], from the positions alone: whatever states came before, the same to the last bit. Also the
+    /// sum of the absolute energies of all pairs, against which round-off is to be judged [J].
     #[must_use]
-    pub fn energies_and_size(&self, r: &Columns) -> [f64; 3] {
-        if self.neighbors.valid(r, &self.periodic) {
-            return super::rows::energies(self, r);
-        }
-        let mut own = self.clone();
-        own.neighbors.update(r, &own.periodic);
-        super::rows::energies(&own, r)
+    pub fn energies_afresh(&self, r: &Columns) -> [f64; 3] {
+        super::energies::energies_by_cells(self, r)
     }
 
     /// Builds the lists as they were at these positions (of a checkpoint) [m].

@@ -59,9 +59,9 @@ impl Power {
         Self { exponent, kind }
     }
 
-    /// out = s^-beta, from s^2 and 1/s of the first `LEN` pairs of a block.
+    /// out = s^-beta, from s^2 and 1/s of the first `LEN` of N pairs.
     #[inline(always)]
-    pub fn block<const LEN: usize>(&self, square: &Lane, inverse: &Lane, out: &mut Lane) {
+    pub fn block<const LEN: usize, const N: usize>(&self, square: &[f64; N], inverse: &[f64; N], out: &mut [f64; N]) {
         macro_rules! chain {
             ($q:ident => $value:expr) => {
                 for k in 0..LEN {
@@ -92,9 +92,15 @@ impl Power {
         }
     }
 
-    /// potential = P(beta) of the first `LEN` pairs of a block, from s^2 and `power` = s^-beta.
+    /// potential = P(beta) of the first `LEN` of N pairs, from s^2, 1/s and `power` = s^-beta.
     #[inline(always)]
-    pub fn potential_block<const LEN: usize>(&self, square: &Lane, inverse: &Lane, power: &Lane, potential: &mut Lane) {
+    pub fn potential_block<const LEN: usize, const N: usize>(
+        &self,
+        square: &[f64; N],
+        inverse: &[f64; N],
+        power: &[f64; N],
+        potential: &mut [f64; N],
+    ) {
         if self.exponent == 1.0 {
             for k in 0..LEN {
                 potential[k] = 0.5 * math::ln(square[k]);

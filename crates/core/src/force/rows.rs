@@ -1,16 +1,15 @@
-//! The pair loop: blocks of up to 32 pairs of one particle, sums in eight lanes.
+//! The pair loop for forces: blocks of up to 32 pairs of one particle, sums in eight lanes.
 
 use super::near_field::Field;
 use super::power::{BLOCK, LANES, Lane};
-use crate::math::Sum;
 use crate::simd::{Task, vectorized};
 use crate::state::Columns;
 use rayon::prelude::*;
 
 /// Rows per task: depends on nothing but this constant, never on the number of threads.
-const ROWS: usize = 32;
+pub(super) const ROWS: usize = 32;
 /// Ordered pairs from which tasks are worth their overhead.
-const PARALLEL_FROM: u64 = 100_000;
+pub(super) const PARALLEL_FROM: u64 = 100_000;
 
 /// Adds the forces of all rows to `force`.
 pub(super) fn forces(field: &Field, r: &Columns, force: &mut Columns) {
@@ -25,21 +24,6 @@ pub(super) fn forces(field: &Field, r: &Columns, force: &mut Columns) {
             .enumerate()
             .for_each(|(task, (x, y, z))| add(task, x, y, z));
     }
-}
-
-/// Near-field and binding energy, and the sum of the absolute energies of all pairs [J]; each pair is met once, in the
-/// row of its first particle.
-pub(super) fn energies(field: &Field, r: &Columns) -> [f64; 3] {
-    let mut each = vec![[0.0; 3]; r.len()];
-    let fill = |(task, each): (usize, &mut [[f64; 3]])| {
-        vectorized(EnergyRows { field, r, first: task * ROWS, energy: each });
-    };
-    if field.neighbors.pairs(r.len()) < PARALLEL_FROM {
-        fill((0, &mut each));
-    } else {
-        each.par_chunks_mut(ROWS).enumerate().for_each(fill);
-    }
-    std::array::from_fn(|k| each.iter().map(|energies| energies[k]).collect::<Sum>().value())
 }
 
 /// Forces of consecutive rows.
@@ -59,7 +43,7 @@ impl Task for ForceRows<'_> {
         let mut block = Block::default();
         for k in 0..x.len().min(y.len()).min(z.len()) {
             let i = self.first + k;
-            let lanes = block.row::<false>(self.field, self.r, i);
+            let lanes = block.row(self.field, self.r, i);
             x[k] += sum(&lanes[0]);
             y[k] += sum(&lanes[1]);
             z[k] += sum(&lanes[2]);
@@ -67,31 +51,9 @@ impl Task for ForceRows<'_> {
     }
 }
 
-/// Energies of consecutive rows, with partners of larger number only.
-struct EnergyRows<'a> {
-    field: &'a Field,
-    r: &'a Columns,
-    first: usize,
-    energy: &'a mut [[f64; 3]],
-}
-
-impl Task for EnergyRows<'_> {
-    type Output = ();
-
-    #[inline(always)]
-    fn run(self) {
-        let mut block = Block::default();
-        for (k, energy) in self.energy.iter_mut().enumerate() {
-            let i = self.first + k;
-            let lanes = block.row::<true>(self.field, self.r, i);
-            *energy = lanes.each_ref().map(sum);
-        }
-    }
-}
-
 /// Lanes to one number, always in this order.
 #[inline(always)]
-fn sum(lane: &[f64; LANES]) -> f64 {
+pub(super) fn sum(lane: &[f64; LANES]) -> f64 {
     ((lane[0] + lane[1]) + (lane[2] + lane[3])) + ((lane[4] + lane[5]) + (lane[6] + lane[7]))
 }
 
@@ -103,7 +65,6 @@ struct Block {
     /// Sum over terms of the force along n_ij [N].
     force: Lane,
     near_field: Lane,
-    binding: Lane,
     power: Lane,
     sum: Lane,
     potential: Lane,
@@ -160,7 +121,6 @@ impl Default for Block {
             inverse: ZERO,
             force: ZERO,
             near_field: ZERO,
-            binding: ZERO,
             power: ZERO,
             sum: ZERO,
             potential: ZERO,
@@ -170,27 +130,22 @@ impl Default for Block {
 }
 
 impl Block {
-    /// Sums over partners of particle i: the force components over all of them, or with `ENERGY` near-field, binding and
-    /// absolute energy over those of larger number.
+    /// Sums of the force components over all partners of particle i.
     #[inline(always)]
-    fn row<const ENERGY: bool>(&mut self, field: &Field, r: &Columns, i: usize) -> [[f64; LANES]; 3] {
+    fn row(&mut self, field: &Field, r: &Columns, i: usize) -> [[f64; LANES]; 3] {
         let mut lanes = [[0.0; LANES]; 3];
         let listed = field.neighbors.row(i);
         let total = listed.map_or(r.len(), <[u32]>::len);
-        let mut first = match (ENERGY, listed) {
-            (false, _) => 0,
-            (true, None) => i + 1,
-            (true, Some(list)) => list.partition_point(|&j| (j as usize) < i),
-        };
+        let mut first = 0;
         while first < total {
             let count = BLOCK.min(total - first);
             let partners = listed.map_or(Partners::From(first), |list| Partners::Listed(&list[first..first + count]));
             let own = if listed.is_none() { i.wrapping_sub(first) } else { usize::MAX };
             // Loops of constant length leave no scalar remainder, and long ones hide the time of single operations.
             if count > LANES {
-                self.pairs::<ENERGY, BLOCK>(field, r, i, partners, (count, own), &mut lanes);
+                self.pairs::<BLOCK>(field, r, i, partners, (count, own), &mut lanes);
             } else {
-                self.pairs::<ENERGY, LANES>(field, r, i, partners, (count, own), &mut lanes);
+                self.pairs::<LANES>(field, r, i, partners, (count, own), &mut lanes);
             }
             first += count;
         }
@@ -199,7 +154,7 @@ impl Block {
 
     /// Adds the pairs of particle i with `count` partners, at most `LEN`, to the row's lanes; lane `own` is i itself.
     #[inline(always)]
-    fn pairs<const ENERGY: bool, const LEN: usize>(
+    fn pairs<const LEN: usize>(
         &mut self,
         field: &Field,
         r: &Columns,
@@ -217,13 +172,9 @@ impl Block {
             *itself = f64::INFINITY;
         }
         self.invert::<LEN>();
-        self.near_field::<ENERGY, LEN>(field, i, partners, count);
-        self.bind::<ENERGY, LEN>(field, i, partners, count);
-        if ENERGY {
-            self.add_energies::<LEN>(lanes);
-        } else {
-            self.add_forces::<LEN>(lanes);
-        }
+        self.near_field::<LEN>(field, i, partners, count);
+        self.bind::<LEN>(field, i, partners, count);
+        self.add_forces::<LEN>(lanes);
     }
 
     /// d = r_j - r_i, square = d.d; surplus lanes are infinitely far.
@@ -257,16 +208,11 @@ impl Block {
         }
     }
 
-    /// Sets `force` (and `near_field`) to the near field (2) with its cut-off and switch.
+    /// Sets `force` to the near field (2) with its cut-off and switch.
     #[inline(always)]
-    fn near_field<const ENERGY: bool, const LEN: usize>(
-        &mut self,
-        field: &Field,
-        i: usize,
-        partners: Partners<'_>,
-        count: usize,
-    ) {
-        let potentials = ENERGY || field.switch.is_some();
+    fn near_field<const LEN: usize>(&mut self, field: &Field, i: usize, partners: Partners<'_>, count: usize) {
+        // A switch turns potentials into forces.
+        let potentials = field.switch.is_some();
         self.force[..LEN].fill(0.0);
         if potentials {
             self.near_field[..LEN].fill(0.0);
@@ -280,12 +226,17 @@ impl Block {
                 self.energy[..LEN].fill(0.0);
             }
             for term in &group.terms {
-                term.power.block::<LEN>(&self.square, &self.inverse, &mut self.power);
+                term.power.block::<LEN, BLOCK>(&self.square, &self.inverse, &mut self.power);
                 for k in 0..LEN {
                     self.sum[k] += term.strength * self.power[k];
                 }
                 if potentials {
-                    term.power.potential_block::<LEN>(&self.square, &self.inverse, &self.power, &mut self.potential);
+                    term.power.potential_block::<LEN, BLOCK>(
+                        &self.square,
+                        &self.inverse,
+                        &self.power,
+                        &mut self.potential,
+                    );
                     for k in 0..LEN {
                         self.energy[k] += term.strength * (self.potential[k] - term.shift);
                     }
@@ -325,23 +276,11 @@ impl Block {
             let inside = self.square[k] <= reach;
             self.force[k] = if inside { self.force[k] } else { 0.0 };
         }
-        if ENERGY {
-            for k in 0..LEN {
-                let inside = self.square[k] <= reach;
-                self.near_field[k] = if inside { self.near_field[k] } else { 0.0 };
-            }
-        }
     }
 
-    /// Adds binding (13) to `force` (and sets `binding`).
+    /// Adds binding (13) to `force`.
     #[inline(always)]
-    fn bind<const ENERGY: bool, const LEN: usize>(
-        &mut self,
-        field: &Field,
-        i: usize,
-        partners: Partners<'_>,
-        count: usize,
-    ) {
+    fn bind<const LEN: usize>(&mut self, field: &Field, i: usize, partners: Partners<'_>, count: usize) {
         let Some(binding) = &field.binding else { return };
         let own = binding.radius[i];
         partners.map::<LEN>(&binding.radius, count, &mut self.sum, |other| binding.range * (other + own));
@@ -350,25 +289,9 @@ impl Block {
             any |= self.square[k] <= self.sum[k] * self.sum[k];
         }
         if !any {
-            self.binding[..LEN].fill(0.0);
             return;
         }
-        binding.power.block::<LEN>(&self.square, &self.inverse, &mut self.power);
-        if ENERGY {
-            binding.power.potential_block::<LEN>(&self.square, &self.inverse, &self.power, &mut self.potential);
-            // The same potential at the activation distance, which differs from pair to pair.
-            let (mut square, mut inverse) = ([1.0; BLOCK], [1.0; BLOCK]);
-            for k in 0..LEN {
-                square[k] = self.sum[k] * self.sum[k];
-                inverse[k] = 1.0 / self.sum[k];
-            }
-            let (mut power, mut shift) = ([0.0; BLOCK], [0.0; BLOCK]);
-            binding.power.block::<LEN>(&square, &inverse, &mut power);
-            binding.power.potential_block::<LEN>(&square, &inverse, &power, &mut shift);
-            for k in 0..LEN {
-                self.binding[k] = binding.strength * (self.potential[k] - shift[k]);
-            }
-        }
+        binding.power.block::<LEN, BLOCK>(&self.square, &self.inverse, &mut self.power);
         for k in 0..LEN {
             self.power[k] *= binding.strength;
         }
@@ -377,13 +300,11 @@ impl Block {
             partners.map::<LEN>(weight, count, &mut self.potential, |other| other * own);
             for k in 0..LEN {
                 self.power[k] *= self.potential[k];
-                self.binding[k] *= self.potential[k];
             }
         }
         for k in 0..LEN {
             let active = self.square[k] <= self.sum[k] * self.sum[k];
             self.force[k] += if active { self.power[k] } else { 0.0 };
-            self.binding[k] = if active { self.binding[k] } else { 0.0 };
         }
     }
 
@@ -399,33 +320,21 @@ impl Block {
             }
         }
     }
-
-    /// Adds the block's near-field and binding energy to two lanes, and their absolute values to the third.
-    #[inline(always)]
-    fn add_energies<const LEN: usize>(&self, lanes: &mut [[f64; LANES]; 3]) {
-        for (lane, energy) in lanes.iter_mut().zip([&self.near_field, &self.binding]) {
-            for k in 0..LEN {
-                lane[k % LANES] += energy[k];
-            }
-        }
-        for k in 0..LEN {
-            lanes[2][k % LANES] += self.near_field[k].abs() + self.binding[k].abs();
-        }
-    }
 }
 
 /// The square, without overflow to infinity: an infinitely distant surplus lane must stay outside.
 #[inline(always)]
-fn square_of(distance: f64) -> f64 {
+pub(super) fn square_of(distance: f64) -> f64 {
     let square = distance * distance;
     if square < f64::MAX { square } else { f64::MAX }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{EnergyRows, ForceRows};
+    use super::ForceRows;
     use crate::domain::Domain;
     use crate::force::Field;
+    use crate::force::energies::EnergyRows;
     use crate::placement::place;
     use crate::scene::Scene;
     use crate::simd::{Task, vectorized};

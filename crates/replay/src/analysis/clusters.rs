@@ -3,8 +3,7 @@
 use std::collections::BTreeMap;
 
 use agglo_core::assembly::Model;
-use agglo_core::clusters::components;
-use agglo_core::contact::search::ClosePair;
+use agglo_core::contact::search::{ClosePair, visit_close};
 use agglo_core::state::{Columns, Particles};
 use nalgebra::Vector3;
 
@@ -59,147 +58,164 @@ impl Close<'_> {
     /// recorded coordinates where they are rounded.
     pub fn clusters(&self, recorded: Option<&[u32]>, rounding: Option<f64>) -> Option<Clusters> {
         let range = self.model.cluster_range?;
-        let pairs = self.pairs(range);
-        let n = self.particles.len();
-        let found = components(n, &pairs);
-        let sizes = sizes(&found.of);
-        let radii = self.gyration(&found.of, sizes.len(), &pairs);
-        let mut histogram = BTreeMap::new();
-        let (mut sum, mut largest) = (0.0, None);
-        for (&size, &radius) in sizes.iter().zip(&radii).filter(|(size, _)| **size > 1) {
-            *histogram.entry(size).or_insert(0) += 1;
-            sum += radius;
-            if largest.is_none_or(|(held, _)| size > held) {
-                largest = Some((size, radius));
-            }
-        }
-        let mut disagrees = recorded.and_then(|recorded| first_difference(&found.of, recorded));
-        let mut bounds = Bounds { open: false, bonds: (pairs.len() as u64, pairs.len() as u64) };
+        let mut joined = Joined::new(self.particles.len());
+        self.visit(range, |pair| joined.join(pair.i, pair.j, |i, j| self.separation(i, j)));
+        let of = joined.numbers();
+        let sizes = sizes(&of);
+        let radii = self.gyration(&of, sizes.len(), &mut joined);
+        let mut found = Clusters { bonds: joined.pairs, recorded: recorded.is_some(), ..count(&sizes, &radii) };
+        found.disagrees = recorded.and_then(|recorded| first_difference(&of, recorded));
+        found.bounds = Bounds { open: false, bonds: (joined.pairs, joined.pairs) };
         if let Some(rounding) = rounding {
             let (certain, possible) = self.edges(range, rounding);
-            bounds =
-                Bounds { open: certain.len() < possible.len(), bonds: (certain.len() as u64, possible.len() as u64) };
-            if let (Some(_), Some(recorded)) = (disagrees, recorded)
-                && bounds.open
-                && recorded.len() == n
-                && refines(&components(n, &certain).of, recorded)
-                && refines(recorded, &components(n, &possible).of)
+            found.bounds = Bounds { open: certain.pairs < possible.pairs, bonds: (certain.pairs, possible.pairs) };
+            if let Some(recorded) = recorded.filter(|recorded| found.bounds.open && recorded.len() == of.len())
+                && refines(&certain.numbers(), recorded)
+                && refines(recorded, &possible.numbers())
             {
-                disagrees = None;
+                found.disagrees = None;
             }
         }
-        Some(Clusters {
-            count: found.count,
-            largest: found.largest,
-            singletons: found.singletons,
-            mean_size: found.mean_size,
-            sizes: histogram,
-            gyration_of_largest: largest.map_or(0.0, |(_, radius)| radius),
-            mean_gyration: if found.count == 0 { 0.0 } else { sum / f64::from(found.count) },
-            bonds: pairs.len() as u64,
-            of: found.of,
-            disagrees,
-            recorded: recorded.is_some(),
-            bounds,
-        })
+        found.of = of;
+        Some(found)
     }
 
-    fn pairs(&self, range: f64) -> Vec<ClosePair> {
-        let Some(search) = &self.model.search else { return Vec::new() };
-        // A search of its own: what it finds must not depend on states that it saw before.
-        search.clone().close(self.position, self.particles, &self.model.domain, range).to_vec()
+    fn visit(&self, range: f64, visit: impl FnMut(ClosePair)) {
+        visit_close(self.position, self.particles, &self.model.domain, range, visit);
     }
 
-    /// Pairs that are in range however recorded coordinates were rounded, and pairs that may be.
-    fn edges(&self, range: f64, rounding: f64) -> (Vec<ClosePair>, Vec<ClosePair>) {
+    /// r_j - r_i by the shortest way [m].
+    fn separation(&self, i: usize, j: usize) -> Vector3<f64> {
+        self.model.domain.periodic.separation(self.position, i, j)
+    }
+
+    /// Particles joined by pairs that are in range however recorded coordinates were rounded, and by pairs that may be.
+    fn edges(&self, range: f64, rounding: f64) -> (Joined, Joined) {
         let largest = self.position.axes().into_iter().flatten().fold(0.0_f64, |most, x| most.max(x.abs()));
         let shift = 4.0 * rounding * largest;
-        let smallest = 2.0 * self.particles.radius.iter().copied().fold(f64::INFINITY, f64::min);
-        let margin = (shift / smallest).min(0.1 * range);
-        let possible = self.pairs(range + margin);
         let radius = &self.particles.radius;
-        let distance =
-            |pair: &ClosePair| (pair.square.sqrt(), range * (radius[pair.i as usize] + radius[pair.j as usize]));
-        let within = |by: f64| {
-            possible.iter().copied().filter(move |pair| {
-                let (s, reach) = distance(pair);
-                s <= reach + by
-            })
-        };
-        (within(-shift).collect(), within(shift).collect())
+        let smallest = 2.0 * radius.iter().copied().fold(f64::INFINITY, f64::min);
+        let margin = (shift / smallest).min(0.1 * range);
+        let [mut certain, mut possible] = [Joined::new(radius.len()), Joined::new(radius.len())];
+        self.visit(range + margin, |pair| {
+            let beyond = pair.square.sqrt() - range * (radius[pair.i as usize] + radius[pair.j as usize]);
+            for (joined, by) in [(&mut certain, -shift), (&mut possible, shift)] {
+                if beyond <= by {
+                    joined.join(pair.i, pair.j, |_, _| Vector3::zeros());
+                }
+            }
+        });
+        (certain, possible)
     }
 
-    /// Radius of gyration of every cluster about its centre of mass [m].
-    fn gyration(&self, of: &[u32], count: usize, pairs: &[ClosePair]) -> Vec<f64> {
-        let unwrapped;
-        let r = if self.model.domain.periodic.any() {
-            unwrapped = self.unwrap(of, pairs);
-            &unwrapped
-        } else {
-            self.position
-        };
+    /// Radius of gyration of every cluster about its centre of mass [m]. In a periodic box each member stands where the
+    /// bonds put it that joined the cluster; one that spans the box has no such places for all, and its radius says little.
+    fn gyration(&self, of: &[u32], count: usize, joined: &mut Joined) -> Vec<f64> {
         let mass = &self.particles.mass;
+        let mut place = |i: usize| joined.root(i as u32).1;
         let (mut total, mut centre) = (vec![0.0; count], vec![Vector3::zeros(); count]);
         for (i, &cluster) in of.iter().enumerate() {
             total[cluster as usize] += mass[i];
-            centre[cluster as usize] += mass[i] * r.get(i);
+            centre[cluster as usize] += mass[i] * place(i);
         }
         let mut square = vec![0.0; count];
         for (i, &cluster) in of.iter().enumerate() {
             let k = cluster as usize;
-            square[k] += mass[i] * (r.get(i) - centre[k] / total[k]).norm_squared();
+            square[k] += mass[i] * (place(i) - centre[k] / total[k]).norm_squared();
         }
         square.iter().zip(&total).map(|(square, total)| (square / total).sqrt()).collect()
     }
-
-    /// Positions in which no bond of a cluster crosses the periodic box: each member beside the one that it was reached
-    /// from. (A cluster that spans the box has no such positions; some of its bonds then stay stretched.)
-    fn unwrap(&self, of: &[u32], pairs: &[ClosePair]) -> Columns {
-        let n = of.len();
-        let (start, partners) = adjacency(n, pairs);
-        let mut r = self.position.clone();
-        let mut seen = vec![false; n];
-        let mut open = Vec::new();
-        for first in 0..n {
-            if std::mem::replace(&mut seen[first], true) {
-                continue;
-            }
-            open.push(first);
-            while let Some(i) = open.pop() {
-                for &j in &partners[start[i]..start[i + 1]] {
-                    let j = j as usize;
-                    if !std::mem::replace(&mut seen[j], true) {
-                        let beside = r.get(i) + self.model.domain.periodic.separation(self.position, i, j);
-                        r.set(j, beside);
-                        open.push(j);
-                    }
-                }
-            }
-        }
-        r
-    }
 }
 
-/// Partners of every particle: those of i are `partners[start[i]..start[i + 1]]`.
-fn adjacency(n: usize, pairs: &[ClosePair]) -> (Vec<usize>, Vec<u32>) {
-    let mut start = vec![0; n + 1];
-    for pair in pairs {
-        start[pair.i as usize + 1] += 1;
-        start[pair.j as usize + 1] += 1;
-    }
-    for i in 0..n {
-        start[i + 1] += start[i];
-    }
-    let mut next = start.clone();
-    let mut partners = vec![0; 2 * pairs.len()];
-    for pair in pairs {
-        for (from, to) in [(pair.i, pair.j), (pair.j, pair.i)] {
-            let place = &mut next[from as usize];
-            partners[*place] = to;
-            *place += 1;
+/// Counts clusters by their sizes, with their radii of gyration [m].
+fn count(sizes: &[u32], radii: &[f64]) -> Clusters {
+    let mut found = Clusters { largest: sizes.iter().copied().max().unwrap_or(0), ..Clusters::default() };
+    let (mut members, mut sum, mut longest) = (0_u64, 0.0, 0);
+    for (&size, &radius) in sizes.iter().zip(radii) {
+        if size < 2 {
+            found.singletons += 1;
+            continue;
+        }
+        found.count += 1;
+        *found.sizes.entry(size).or_insert(0) += 1;
+        members += u64::from(size);
+        sum += radius;
+        if size > longest {
+            (longest, found.gyration_of_largest) = (size, radius);
         }
     }
-    (start, partners)
+    if found.count > 0 {
+        found.mean_size = members as f64 / f64::from(found.count);
+        found.mean_gyration = sum / f64::from(found.count);
+    }
+    found
+}
+
+/// Particles joined by pairs (union-find); each knows where it stands from one that it was joined to.
+struct Joined {
+    /// Another particle of the same component; itself for the first member, its root.
+    parent: Vec<u32>,
+    /// Position relative to that one, length n [m].
+    from_parent: Vec<Vector3<f64>>,
+    /// Pairs so far.
+    pairs: u64,
+}
+
+impl Joined {
+    fn new(n: usize) -> Self {
+        Self { parent: (0..n as u32).collect(), from_parent: vec![Vector3::zeros(); n], pairs: 0 }
+    }
+
+    /// Joins i and j, r_j - r_i apart.
+    fn join(&mut self, i: u32, j: u32, separation: impl Fn(usize, usize) -> Vector3<f64>) {
+        self.pairs += 1;
+        let ((a, from_a), (b, from_b)) = (self.root(i), self.root(j));
+        if a == b {
+            return;
+        }
+        let b_from_a = from_a + separation(i as usize, j as usize) - from_b;
+        // The smaller number wins, so that a root is its component's first member.
+        let (root, other, place) = if a < b { (a, b, b_from_a) } else { (b, a, -b_from_a) };
+        self.parent[other as usize] = root;
+        self.from_parent[other as usize] = place;
+    }
+
+    /// The first member of i's component, and where i stands from it; shortens the path on its way.
+    fn root(&mut self, mut i: u32) -> (u32, Vector3<f64>) {
+        let mut place = Vector3::zeros();
+        loop {
+            let at = i as usize;
+            let parent = self.parent[at];
+            if parent == i {
+                return (i, place);
+            }
+            let above = parent as usize;
+            if self.parent[above] != parent {
+                let further = self.from_parent[above];
+                self.from_parent[at] += further;
+                self.parent[at] = self.parent[above];
+            }
+            place += self.from_parent[at];
+            i = self.parent[at];
+        }
+    }
+
+    /// The component of every particle, numbered by first member.
+    fn numbers(&self) -> Vec<u32> {
+        let mut of: Vec<u32> = vec![0; self.parent.len()];
+        let mut next = 0;
+        for i in 0..of.len() {
+            // A parent has a smaller number than its children, so it has its component already.
+            let parent = self.parent[i] as usize;
+            if parent == i {
+                of[i] = next;
+                next += 1;
+            } else {
+                of[i] = of[parent];
+            }
+        }
+        of
+    }
 }
 
 /// Members of every cluster.

@@ -94,33 +94,22 @@ impl Basis {
     /// A sentence, where it is no state of these particles.
     pub fn state(&self, frame: Frame) -> Result<StateValues, String> {
         let Frame { t, step, position, velocity, temperature, cluster } = frame;
-        let (n, held) = (self.particles.len(), position.len());
-        if held != n {
-            return Err(format!("the state at t = {t} s, step {step}, has {held} particles instead of {n}"));
+        let (n, rows) = (self.particles.len(), position.len());
+        if rows != n {
+            return Err(format!("the state at t = {t} s, step {step}, has {rows} particles instead of {n}"));
         }
         if temperature.is_some() != self.model.heat_capacity.is_some() {
             return Err(format!("the state at t = {t} s, step {step}, has other columns than the scene's"));
         }
         let state = State { position, velocity, temperature };
         let relative = if self.single { SINGLE } else { DOUBLE };
-        let mut energies = held_by_particles(&self.model, &self.particles, &state);
-        let mut tolerances = Tolerances {
-            kinetic: relative * energies.kinetic,
-            external: relative * self.external_size(&state.position),
-            thermal: relative * energies.thermal.abs(),
-            ..Tolerances::default()
-        };
-        if let Some(field) = &self.model.field {
-            let [near_field, binding, size] = field.energies_and_size(&state.position);
-            (energies.near_field, energies.binding) = (near_field, binding);
-            let moved = if self.single { moved_by_rounding(field, &state.position) } else { [0.0; 2] };
-            tolerances.near_field = relative * size + moved[0];
-            tolerances.binding = relative * size + moved[1];
-        }
+        let close = Close { particles: &self.particles, model: &self.model, position: &state.position };
+        let ((energies, tolerances), clusters) = rayon::join(
+            || self.held(&state, relative),
+            || close.clusters(cluster.as_deref(), self.single.then_some(SINGLE_ROUNDING)),
+        );
         let (linear, angular) = momentum(&self.particles, &state);
         let sizes = self.momentum_sizes(&state);
-        let close = Close { particles: &self.particles, model: &self.model, position: &state.position };
-        let clusters = close.clusters(cluster.as_deref(), self.single.then_some(SINGLE_ROUNDING));
         let temperatures = state.temperature.unwrap_or_default();
         Ok(StateValues {
             t,
@@ -133,6 +122,25 @@ impl Basis {
             temperature: summary(&temperatures),
             temperatures,
         })
+    }
+
+    /// Energies that a state holds, and the round-off allowed to them.
+    fn held(&self, state: &State, relative: f64) -> (Ledger, Tolerances) {
+        let mut energies = held_by_particles(&self.model, &self.particles, state);
+        let mut tolerances = Tolerances {
+            kinetic: relative * energies.kinetic,
+            external: relative * self.external_size(&state.position),
+            thermal: relative * energies.thermal.abs(),
+            ..Tolerances::default()
+        };
+        if let Some(field) = &self.model.field {
+            let [near_field, binding, size] = field.energies_afresh(&state.position);
+            (energies.near_field, energies.binding) = (near_field, binding);
+            let moved = if self.single { moved_by_rounding(field, &state.position) } else { [0.0; 2] };
+            tolerances.near_field = relative * size + moved[0];
+            tolerances.binding = relative * size + moved[1];
+        }
+        (energies, tolerances)
     }
 
     /// Sum of |F_i| |r_i| over particles and directions [J].
