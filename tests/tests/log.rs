@@ -2,6 +2,8 @@
 
 #![allow(missing_docs, clippy::unwrap_used)]
 
+#[path = "log/analysis.rs"]
+mod analysis;
 #[path = "log/bytes.rs"]
 mod bytes;
 #[path = "log/compat.rs"]

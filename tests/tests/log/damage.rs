@@ -2,7 +2,9 @@
 
 use std::io::Cursor;
 
-use agglo_replay::{Damage, Log, LogError, Message};
+use agglo_replay::diff::{Profile, Tolerances, Verdict};
+use agglo_replay::recover::recover;
+use agglo_replay::{Damage, Log, LogError, Message, analysis, diff, export};
 
 use crate::story::{EVERYTHING, Kind, NOTHING, Numbers, log};
 
@@ -104,12 +106,39 @@ fn a_cut_off_log_does_not_pass_an_early_state_for_a_late_one() {
     assert!(log.frame_at(0.299).unwrap_err().is_damage());
 }
 
+/// Everything that reads logs, on bytes that were `whole`: none may panic, and that something changed is said by all that
+/// read the whole of it.
+fn read_in_every_way(bytes: &[u8], whole: &[u8]) {
+    let changed = bytes != whole;
+    let Ok((_, damage)) = read(bytes) else { return };
+    assert!(!changed || !damage.is_empty(), "a changed log is whole");
+    let mut log = Log::new(Cursor::new(bytes)).unwrap();
+    if let Ok(analysis) = log.analyze(&analysis::Options::default(), &mut ()) {
+        assert!(!changed || !analysis.lost.is_empty(), "the analysis of a changed log loses nothing: {damage:?}");
+    }
+    if let Ok(recovered) = recover(&mut log, std::io::sink()) {
+        assert!(!changed || !recovered.damage.is_empty(), "all of a changed log is recovered");
+    }
+    let _ = log.verify(0.0, |_| true);
+    let _ = export::states(&mut log, export::At::All, |_, _| Ok(0));
+    let _ = log.steps().count();
+    let mut original = Log::new(Cursor::new(whole)).unwrap();
+    if let Ok(report) = diff::diff(&mut log, &mut original, Profile::Exact, Tolerances::default(), |_, _| ()) {
+        assert!(!changed || report.damaged() || report.verdict != Verdict::Same, "a changed log is the same");
+    }
+}
+
+/// How many logs are mangled; `AGGLO_MUTATIONS=1000000` looks longer.
+fn mutations() -> u32 {
+    std::env::var("AGGLO_MUTATIONS").map_or(3000, |count| count.parse().expect("a number"))
+}
+
 #[test]
 fn mangled_logs_never_make_it_panic() {
     let whole = small();
     let mut numbers = Numbers::new(7);
     let mut upto = |n: usize| (numbers.next().abs() * n as f64) as usize;
-    for _ in 0..3000 {
+    for _ in 0..mutations() {
         let mut bytes = whole.clone();
         for _ in 0..=upto(6) {
             let (place, value) = (upto(bytes.len()), upto(256) as u8);
@@ -121,7 +150,7 @@ fn mangled_logs_never_make_it_panic() {
                 _ => bytes.iter_mut().skip(place).take(8).for_each(|byte| *byte = 0xff),
             }
         }
-        let _ = read(&bytes);
+        read_in_every_way(&bytes, &whole);
     }
 }
 

@@ -110,7 +110,7 @@ fn single_precision_intervals_and_drawings_come_out_the_same() {
 }
 
 /// A message with its content changed.
-fn changed<M: prost::Message + Default>(message: &RawMessage, change: impl FnOnce(&mut M)) -> RawMessage {
+pub fn changed<M: prost::Message + Default>(message: &RawMessage, change: impl FnOnce(&mut M)) -> RawMessage {
     let mut content = M::decode(&message.data[..]).unwrap();
     change(&mut content);
     RawMessage { data: content.encode_to_vec(), ..message.clone() }

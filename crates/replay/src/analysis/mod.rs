@@ -334,6 +334,7 @@ impl<R: Read + Seek + Send> Log<R> {
             Outcome::Failed(error) => Err(error.into()),
         })?;
         fold.finish(sink)?;
+        self.file_damage()?.into_iter().for_each(|damage| fold.lost.note(damage));
         Ok(Analysis {
             run: self.run().clone(),
             scene: text,
