@@ -11,6 +11,9 @@ mod determinism;
 /// Force against the slope of the energy, for every law, weight, cut-off and external field.
 #[path = "physics/gradient.rs"]
 mod gradient;
+/// Hard cases: tunnelling, break shot, cradle, collapse, bounces to rest, orbits in contact, crossings.
+#[path = "physics/hard.rs"]
+mod hard;
 /// Single impacts against their closed forms, in both models.
 #[path = "physics/impacts.rs"]
 mod impacts;

@@ -38,6 +38,8 @@ pub struct Model {
     pub bond_range: Option<f64>,
     /// Pairs within this many sums of radii belong to one cluster [-].
     pub cluster_range: Option<f64>,
+    /// How far located impacts are looked ahead in one step [m]; `None` where there are none.
+    pub flight: Option<f64>,
     uses_charges: bool,
     /// Mean diameter [m].
     pub mean_diameter: f64,
@@ -55,6 +57,7 @@ impl Model {
             ModelKind::Consistent => IntegratorKind::VelocityVerlet,
         };
         let contact = ContactLaw::new(scene);
+        let located = contact.as_ref().is_some_and(|law| law.located);
         let bond_range = scene.binding.as_ref().map(|binding| binding.range);
         let cluster_range = bond_range.or(scene.clusters.map(|clusters| clusters.range));
         let factor = (contact.is_some().then_some(1.0 + TOUCHING)).into_iter().chain(cluster_range).reduce(f64::max);
@@ -67,6 +70,7 @@ impl Model {
             exchange: Exchange::new(scene, particles),
             heat_capacity: scene.thermal.as_ref().map(|thermal| thermal.heat_capacity),
             search: factor.map(|factor| Search::new(factor, particles, start, &domain)),
+            flight: located.then(|| flight(particles, start, &domain)),
             domain,
             bond_range,
             cluster_range,
@@ -110,6 +114,23 @@ impl Model {
         let tolerance = (share * scene.solver.tolerance.position, share * scene.solver.tolerance.temperature);
         Convergence::new(self.kind, tolerance, scene.solver.max_iterations, self.mean_diameter)
     }
+}
+
+/// Half the spacing of the particles at the start, or a mean diameter where that is more [m]: farther flights meet more
+/// candidates, shorter ones look for them more often. In a periodic box no pair may meet across both ends of it.
+fn flight(particles: &Particles, start: &Columns, domain: &Domain) -> f64 {
+    let largest = 2.0 * particles.radius.iter().copied().fold(0.0, f64::max);
+    let extent = |axis: usize| {
+        let column = start.axes()[axis];
+        let (low, high) = column.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), &x| (l.min(x), h.max(x)));
+        let length = domain.periodic.length[axis];
+        if length > 0.0 { length } else { (high - low).max(largest) }
+    };
+    let volume: f64 = (0..3).map(extent).product();
+    let spacing = libm::cbrt(volume / particles.len() as f64);
+    let free = particles.mean_diameter().max(0.5 * spacing);
+    let boxes = domain.periodic.length.iter().filter(|&&length| length > 0.0);
+    boxes.fold(free, |free, length| free.min((0.25 * length - 0.5 * largest).max(0.05 * largest)))
 }
 
 /// Whether the scene names a force that depends on charges.

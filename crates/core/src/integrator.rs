@@ -32,6 +32,12 @@ impl Integrator {
         Self { position_new, position_old, velocity_new, velocity_old, order }
     }
 
+    /// Whether r' needs no acceleration at r'.
+    #[must_use]
+    pub fn is_explicit(&self) -> bool {
+        self.position_new == 0.0
+    }
+
     /// Weight of an acceleration that is the same at both ends, in the position.
     #[must_use]
     pub fn position_sum(&self) -> f64 {

@@ -16,6 +16,7 @@ pub mod convergence;
 pub mod diagnostics;
 pub mod domain;
 pub mod error;
+pub mod events;
 pub mod force;
 pub mod impact;
 pub mod integrator;

@@ -67,6 +67,16 @@ impl Neighbors {
         }
     }
 
+    /// Makes the candidates valid for these positions and for all that particles reach within `travel()` of them [m].
+    pub fn prepare(&mut self, r: &Columns, periodic: &Periodic, travel: impl FnOnce() -> f64) {
+        if let Self::List(list) = self {
+            let travel = travel();
+            if list.outdated_by(r, periodic, travel) {
+                list.build(r, periodic);
+            }
+        }
+    }
+
     /// Whether the candidates hold for these positions.
     #[must_use]
     pub fn valid(&self, r: &Columns, periodic: &Periodic) -> bool {
@@ -106,10 +116,16 @@ impl Neighbors {
 
 impl NeighborList {
     fn outdated(&self, r: &Columns, periodic: &Periodic) -> bool {
+        self.outdated_by(r, periodic, 0.0)
+    }
+
+    /// Whether some particle has moved half a skin, less what it is still going to move [m].
+    fn outdated_by(&self, r: &Columns, periodic: &Periodic, travel: f64) -> bool {
         if self.built_at.len() != r.len() {
             return true;
         }
-        let limit = 0.25 * self.skin * self.skin;
+        let limit = (0.5 * self.skin - travel).max(0.0);
+        let limit = limit * limit;
         let square = |i: usize| -> f64 {
             (0..3)
                 .map(|axis| {

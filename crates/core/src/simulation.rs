@@ -5,6 +5,7 @@ use crate::checkpoint::{Checkpoint, Counters};
 use crate::contact::Touch;
 use crate::diagnostics::{Level, Notice, StepDiagnostics};
 use crate::error::{RunError, SetupError};
+use crate::events::Events;
 use crate::impact::Impact;
 use crate::ledger::{Momentum, Totals, kinetic_energy};
 use crate::observer::{Flow, Observer, Sample, StepReport};
@@ -27,6 +28,8 @@ pub struct Simulation {
     pub(crate) model: Model,
     pub(crate) control: StepControl,
     pub(crate) stagger: Stagger,
+    /// Events within steps; `None` where the scene has none or leaves impacts to step ends.
+    pub(crate) events: Option<Events>,
     pub(crate) particles: Particles,
     pub(crate) state: State,
     pub(crate) previous_velocity: Columns,
@@ -70,6 +73,8 @@ pub(crate) enum OnceNotice {
     Residual = 3,
     /// Particles deep inside each other.
     Overlap = 4,
+    /// First contact step.
+    ContactStep = 5,
 }
 
 /// How a run ended.
@@ -129,6 +134,7 @@ impl Simulation {
             acceleration: Columns::zeros(if model.has_forces() { n } else { 0 }),
             previous_velocity: Columns::zeros(n),
             previous_totals: Totals::default(),
+            events: Events::wanted(model.contact.as_ref(), model.field.as_ref()).then(Events::default),
             touches: Vec::new(),
             touches_known: false,
             impacts: Vec::new(),
@@ -181,6 +187,7 @@ impl Simulation {
                 resting contacts creep into each other and are heated again at every step, so the reaction heat has no \
                 limit as the step goes to zero; fast pairs can pass through each other; model `consistent` has a limit"
                 .to_owned(),
+            (ModelKind::Consistent, Some(law)) if law.located => return,
             (ModelKind::Consistent, Some(law)) => format!(
                 "impacts happen at the ends of time steps; approaches slower than contact.rest_speed = {} m/s, or than \
                  twice what the fields add in a step, are taken as resting (e = 0, no heat)",

@@ -8,8 +8,11 @@ use crate::assembly::Model;
 use crate::contact::Touch;
 use crate::contact::latched::{LatchedContacts, Situation};
 use crate::convergence::{Convergence, Verdict};
+use crate::events::paths::Launch;
+use crate::events::{Events, Laws};
 use crate::scene::ModelKind;
 use crate::state::{Columns, Particles, State};
+use nalgebra::Vector3;
 
 /// What a step starts from.
 #[derive(Clone, Copy, Debug)]
@@ -20,6 +23,8 @@ pub struct Start<'a> {
     pub state: &'a State,
     /// a^L of the fields [m/s^2]; empty where there are none.
     pub acceleration: &'a Columns,
+    /// t^L [s].
+    pub time: f64,
 }
 
 /// Iterates of a step. Columns of effects that a scene does not have are empty.
@@ -40,6 +45,11 @@ pub struct Stagger {
     /// Contacts of the step; `paper` only.
     pub latched: LatchedContacts,
     touches: Vec<Touch>,
+    /// What located events add to positions at the step's end: (particle, metres).
+    shifts: Vec<(usize, Vector3<f64>)>,
+    /// Velocities and accelerations of an implicit integrator's parabolas; empty where there are no located events.
+    path_velocity: Columns,
+    path_acceleration: Columns,
     /// Errors of the iterations.
     pub sweeps: Convergence,
     /// Unordered pairs looked at for forces.
@@ -65,14 +75,32 @@ impl Stagger {
             heat: values(latched && reacts),
             latched: LatchedContacts::default(),
             touches: Vec::new(),
+            shifts: Vec::new(),
+            path_velocity: Columns::default(),
+            path_acceleration: Columns::default(),
             sweeps,
             pairs_evaluated: 0,
         }
     }
 
-    /// Iterates until the errors pass or the attempt has to be given up.
-    pub fn solve(&mut self, model: &mut Model, start: &Start<'_>, dt: f64) -> Verdict {
+    /// Iterates until the errors pass or the attempt has to be given up. Events are located on the parabolas that the
+    /// iteration found, then the iteration goes on with what they change.
+    pub fn solve(&mut self, model: &mut Model, start: &Start<'_>, dt: f64, events: Option<&mut Events>) -> Verdict {
         self.predict(model, start, dt);
+        if let Some(events) = events {
+            // Explicit positions need no forces.
+            if !model.integrator.is_explicit() {
+                let verdict = self.iterate(model, start, dt);
+                if verdict != Verdict::Converged {
+                    return verdict;
+                }
+            }
+            self.locate(model, start, dt, events);
+        }
+        self.iterate(model, start, dt)
+    }
+
+    fn iterate(&mut self, model: &mut Model, start: &Start<'_>, dt: f64) -> Verdict {
         loop {
             self.field_forces(model);
             self.contact_forces(model, start, dt);
@@ -85,10 +113,59 @@ impl Stagger {
         }
     }
 
+    /// Events on the parabolas r^L + v tau + a tau^2/2 that end in the current iterate.
+    fn locate(&mut self, model: &mut Model, start: &Start<'_>, dt: f64, events: &mut Events) {
+        let explicit = model.integrator.is_explicit();
+        if !explicit {
+            self.find_paths(model, start, dt);
+        }
+        let (velocity, acceleration) = if explicit {
+            (&start.state.velocity, start.acceleration)
+        } else {
+            (&self.path_velocity, &self.path_acceleration)
+        };
+        let (particles, position) = (start.particles, &start.state.position);
+        let launch = Launch { particles, domain: &model.domain, position, velocity, acceleration, dt };
+        if let Some(field) = &mut model.field {
+            field.neighbors.prepare(position, &model.domain.periodic, || launch.travel());
+        }
+        let laws = Laws {
+            contact: model.contact.as_ref(),
+            field: model.field.as_ref(),
+            integrator: &model.integrator,
+            exchange: model.exchange.as_ref(),
+            warmth: start.state.temperature.as_deref().zip(model.heat_capacity),
+            time: start.time,
+        };
+        events.pass(&laws, &launch);
+        self.shifts.extend(events.shifts.iter().map(|&(i, shift, _)| (i, shift)));
+        for &(i, shift) in &self.shifts {
+            self.position.add(i, shift);
+        }
+    }
+
+    /// Parabolas of an implicit integrator: its mean acceleration, and the velocity that takes them to its r'.
+    fn find_paths(&mut self, model: &Model, start: &Start<'_>, dt: f64) {
+        let integrator = &model.integrator;
+        let sum = integrator.position_sum();
+        let (new, old) = (integrator.position_new / sum, integrator.position_old / sum);
+        self.path_velocity.clone_from(&start.state.velocity);
+        if start.acceleration.is_empty() {
+            return;
+        }
+        self.path_acceleration.clone_from(start.acceleration);
+        for i in 0..start.particles.len() {
+            let mean = self.field_force.get(i) * (new / start.particles.mass[i]) + start.acceleration.get(i) * old;
+            self.path_acceleration.set(i, mean);
+            self.path_velocity.add(i, mean * ((sum - 0.5) * dt));
+        }
+    }
+
     /// r^0 = r^L + dt v^L + dt^2 a^L with the integrator's weights; theta^0 = theta^L.
     fn predict(&mut self, model: &Model, start: &Start<'_>, dt: f64) {
         self.sweeps.restart();
         self.latched.clear();
+        self.shifts.clear();
         let weight = dt * dt * model.integrator.position_sum();
         let [r, v, a] = [&start.state.position, &start.state.velocity, start.acceleration].map(Columns::axes);
         for (axis, next) in self.position.axes_mut().into_iter().enumerate() {
@@ -155,6 +232,9 @@ impl Stagger {
             for (i, (next, force)) in next.iter_mut().zip(contacts[axis]).enumerate() {
                 *next += contact * (force / mass[i]);
             }
+        }
+        for &(i, shift) in &self.shifts {
+            self.position.add(i, shift);
         }
     }
 

@@ -5,6 +5,7 @@ use crate::contact::search::TOUCHING;
 use crate::convergence::Verdict;
 use crate::diagnostics::{Level, Notice, RejectedAttempt, RejectionCause, StepDiagnostics};
 use crate::error::RunError;
+use crate::events::Events;
 use crate::impact::Partner;
 use crate::scene::ModelKind;
 use crate::simulation::{OnceNotice, Simulation};
@@ -21,12 +22,13 @@ impl Simulation {
     /// One accepted step from t to t + dt, dt at most what is left of the run.
     pub(crate) fn step(&mut self) -> Result<(), RunError> {
         let left = self.duration - self.time;
-        let mut dt = self.next_dt.min(left);
+        let mut dt = self.next_dt.min(left).min(self.longest_flight());
         self.begin_step();
         loop {
             self.lift_resting(dt);
-            let start = Start { particles: &self.particles, state: &self.state, acceleration: &self.acceleration };
-            let verdict = self.stagger.solve(&mut self.model, &start, dt);
+            let (particles, state, acceleration) = (&self.particles, &self.state, &self.acceleration);
+            let start = Start { particles, state, acceleration, time: self.time };
+            let verdict = self.stagger.solve(&mut self.model, &start, dt, self.events.as_mut());
             let attempt = self.attempt(dt, verdict);
             match self.control.decide(&self.stagger.sweeps, &attempt) {
                 Decision::Accept { next_dt } => {
@@ -49,10 +51,22 @@ impl Simulation {
         self.previous_totals = self.totals;
     }
 
-    /// `consistent`: keeps pressed contacts from sinking in a step of dt, whatever an earlier attempt did.
+    /// The step in which the fastest particle gets as far as located impacts are looked ahead [s].
+    fn longest_flight(&self) -> f64 {
+        let Some(flight) = self.model.flight.filter(|_| !self.control.fixed) else { return f64::INFINITY };
+        let dt = self.next_dt;
+        let speed = |i: usize| {
+            let a = if self.acceleration.is_empty() { 0.0 } else { self.acceleration.get(i).norm() };
+            self.state.velocity.get(i).norm() + 0.5 * dt * a
+        };
+        let fastest = (0..self.particles.len()).map(speed).fold(0.0, f64::max);
+        (flight / fastest).max(self.smallest_step())
+    }
+
+    /// Impacts at step ends: keeps pressed contacts from sinking in a step of dt, whatever an earlier attempt did.
     fn lift_resting(&mut self, dt: f64) {
         let (Some(law), Some(search)) = (&self.model.contact, &mut self.model.search) else { return };
-        if self.model.kind == ModelKind::Paper || self.acceleration.is_empty() {
+        if self.model.kind == ModelKind::Paper || law.located || self.acceleration.is_empty() {
             return;
         }
         if !self.diagnostics.rejected.is_empty() {
@@ -88,7 +102,7 @@ impl Simulation {
             dt,
             verdict,
             local_error: consistent.then(|| self.local_error(dt)),
-            travel: (consistent && self.model.contact.is_some()).then(|| self.travel()),
+            travel: (consistent && self.model.contact.as_ref().is_some_and(|law| !law.located)).then(|| self.travel()),
         }
     }
 
@@ -98,7 +112,9 @@ impl Simulation {
     fn local_error(&self, dt: f64) -> Worst {
         let integrator = &self.model.integrator;
         let (new, old) = (integrator.position_new - 1.0 / 6.0, integrator.position_old - 1.0 / 3.0);
-        let next = |i: usize| self.stagger.field_force.get(i) / self.particles.mass[i];
+        // A jump at a crossing is accounted for and is no error.
+        let jump = |i: usize| self.events.as_ref().map_or(Vector3::zeros(), |events| events.jump(i));
+        let next = |i: usize| self.stagger.field_force.get(i) / self.particles.mass[i] - jump(i);
         let n = self.acceleration.len();
         let scale = dt * dt / (self.model.mean_diameter * self.tolerance);
         let error = Worst::of((0..n).map(|i| scale * (next(i) * new + self.acceleration.get(i) * old).norm()));
@@ -133,9 +149,10 @@ impl Simulation {
         self.advance_time(dt);
         self.move_particles(dt);
         self.exchange_heat(dt);
-        match self.model.kind {
-            ModelKind::Paper => self.report_latched(),
-            ModelKind::Consistent => self.resolve_impacts(dt),
+        match (self.model.kind, &self.model.contact) {
+            (ModelKind::Paper, _) => self.report_latched(),
+            (ModelKind::Consistent, Some(law)) if !law.located => self.resolve_impacts(dt),
+            (ModelKind::Consistent, _) => self.report_events(),
         }
         self.book_outside_impulse(dt);
         self.look_around();
@@ -168,6 +185,11 @@ impl Simulation {
                 v[i] += dt * (force / mass[i]);
             }
         }
+        if let Some(events) = &self.events {
+            for &(i, _, kick) in &events.shifts {
+                self.state.velocity.add(i, kick);
+            }
+        }
         std::mem::swap(&mut self.state.position, &mut self.stagger.position);
         let (external, totals) = (&self.model.external, &mut self.totals);
         self.model.domain.wrap(&mut self.state.position, |i, axis, shift| {
@@ -183,11 +205,55 @@ impl Simulation {
         for ((theta, heat), mass) in theta.iter_mut().zip(&self.stagger.heat).zip(&self.particles.mass) {
             *theta += heat / (mass * capacity);
         }
-        if let Some(exchange) = &self.model.exchange {
-            let exchanged = exchange.advance_and_book(dt, theta);
-            self.totals.convected += exchanged.convected;
-            self.totals.radiated += exchanged.radiated;
+        // Those that had impacts are already past a part of the step.
+        let mut warmed: Vec<(usize, f64, f64)> = self.events.iter().flat_map(Events::warmed).collect();
+        let exchange = self.model.exchange.as_ref();
+        for (i, latest, since) in &mut warmed {
+            if let Some(exchange) = exchange {
+                let rest = exchange.advance_one(*i, dt - *since, latest);
+                self.totals.convected += rest.convected;
+                self.totals.radiated += rest.radiated;
+            }
         }
+        if let Some(exchange) = exchange {
+            let had_impacts = |i: usize| warmed.iter().any(|&(k, ..)| k == i);
+            let exchanged = if warmed.is_empty() {
+                exchange.advance_and_book(dt, theta)
+            } else {
+                exchange.advance_others(dt, theta, had_impacts)
+            };
+            let before = self.events.as_ref().map(|events| events.exchanged).unwrap_or_default();
+            self.totals.convected += exchanged.convected + before.convected;
+            self.totals.radiated += exchanged.radiated + before.radiated;
+        }
+        for (i, latest, _) in warmed {
+            theta[i] = latest;
+        }
+    }
+
+    /// Located events have happened during the step.
+    fn report_events(&mut self) {
+        let Some(events) = &mut self.events else { return };
+        std::mem::swap(&mut self.impacts, &mut events.reports);
+        let booked = events.booked;
+        let contact_step = events.contact_step();
+        self.diagnostics.contacts = booked.contacts;
+        self.diagnostics.resting = booked.resting;
+        self.diagnostics.rounds = booked.rounds;
+        self.totals.resting_loss += booked.resting_loss;
+        for k in 0..3 {
+            self.totals.outside_impulse[k] += booked.wall_impulse[k];
+        }
+        if booked.resting > 0 {
+            let message = "first resting contact: the rest of its bounces would have been over within the step";
+            self.notice_once(OnceNotice::Resting, Level::Info, message.to_owned());
+        }
+        if contact_step {
+            let message = "first contact step: particles with hundreds of impacts in one step take the rest of it at rest \
+                           on each other";
+            self.notice_once(OnceNotice::ContactStep, Level::Info, message.to_owned());
+        }
+        self.book_impacts();
     }
 
     /// `paper`: contacts acted during the step.

@@ -2,7 +2,9 @@
 //! impacts of a step are solved: [`latched`] in `paper`, [`resolve`] in `consistent`. The three are apart so that each
 //! can be replaced by itself.
 
+pub mod complementarity;
 pub mod friction;
+pub mod instant;
 pub mod latched;
 pub mod normal;
 pub mod resolve;
@@ -11,7 +13,7 @@ pub mod search;
 
 use crate::domain::Wall;
 use crate::impact::Partner;
-use crate::scene::{self, ImpactDuration};
+use crate::scene::{self, ContactResolution, ImpactDuration, ModelKind};
 use crate::state::{Columns, Particles};
 use crate::thermal::reaction::ReactionHeat;
 use friction::Friction;
@@ -34,6 +36,8 @@ pub struct ContactLaw {
     pub reaction: Option<ReactionHeat>,
     /// Approaches slower than this are taken as resting, in `consistent` [m/s].
     pub rest_speed: f64,
+    /// Whether impacts happen at their own instants, not at the ends of steps.
+    pub located: bool,
 }
 
 impl ContactLaw {
@@ -47,6 +51,7 @@ impl ContactLaw {
             duration: contact.duration,
             reaction: scene.thermal.as_ref().and_then(ReactionHeat::new),
             rest_speed: contact.rest_speed.unwrap_or(REST_SPEED),
+            located: scene.model == ModelKind::Consistent && contact.resolution != Some(ContactResolution::Step),
         })
     }
 
@@ -80,6 +85,14 @@ impl Touch {
         }
     }
 
+    /// The partner's number among its kind.
+    #[must_use]
+    pub fn partner_number(&self) -> u32 {
+        match self.partner {
+            Partner::Particle(number) | Partner::Wall(number) => number,
+        }
+    }
+
     /// v_i - v_j of velocities [m/s], or of accelerations [m/s^2]; walls stand still.
     #[must_use]
     pub fn relative_velocity(&self, v: &Columns) -> Vector3<f64> {
@@ -90,7 +103,7 @@ impl Touch {
     #[must_use]
     pub fn effective_mass(&self, particles: &Particles) -> f64 {
         let m_i = particles.mass[self.i];
-        self.j().map_or(m_i, |j| m_i * (particles.mass[j] / (m_i + particles.mass[j])))
+        self.j().map_or(m_i, |j| (m_i * particles.mass[j]) / (m_i + particles.mass[j]))
     }
 
     /// Mean temperature of those that take part; a wall's does not count [K].

@@ -70,15 +70,14 @@ impl Search {
 
 /// Calls `visit` for each pair with s <= factor (b_i + b_j) at positions r once, in no particular order but always the
 /// same; memory is linear in the number of particles, however many pairs there are.
-pub fn visit_close(r: &Columns, particles: &Particles, domain: &Domain, factor: f64, visit: impl FnMut(ClosePair)) {
-    let largest = particles.radius.iter().copied().fold(0.0, f64::max);
-    let periodic = &domain.periodic;
+pub fn visit_close(r: &Columns, radius: &[f64], periodic: &Periodic, factor: f64, visit: impl FnMut(ClosePair)) {
+    let largest = radius.iter().copied().fold(0.0, f64::max);
     let cells = Cells::new(r, 2.0 * largest * factor * (1.0 + TOUCHING), periodic);
     if cells.is_one() {
-        let test = Test { r, radius: &particles.radius, periodic, factor };
+        let test = Test { r, radius, periodic, factor };
         return vectorized(Walk { cells: &cells, test, visit });
     }
-    let (r, radius) = (cells.sorted_vectors(r), cells.sorted(&particles.radius));
+    let (r, radius) = (cells.sorted_vectors(r), cells.sorted(radius));
     let test = Test { r: &r, radius: &radius, periodic, factor };
     vectorized(Walk { cells: &cells, test, visit });
 }

@@ -8,7 +8,7 @@ use super::power::Power;
 use crate::cells::Cells;
 use crate::domain::Periodic;
 use crate::neighbor::Neighbors;
-use crate::scene::{self, Scene, Weight};
+use crate::scene::{self, ModelKind, Scene, Weight};
 use crate::state::{Columns, Particles};
 
 /// One power-law term of the near field.
@@ -103,6 +103,8 @@ pub struct Field {
     pub(crate) periodic: Periodic,
     /// Candidate pairs.
     pub neighbors: Neighbors,
+    /// Whether crossings of jumps are events.
+    pub located: bool,
 }
 
 impl Field {
@@ -151,7 +153,8 @@ impl Field {
                 radius: particles.radius.clone(),
             }
         });
-        let mut field = Self { groups, cutoff, switch, binding, periodic: *periodic, neighbors: Neighbors::All };
+        let located = scene.model == ModelKind::Consistent;
+        let mut field = Self { groups, cutoff, switch, binding, periodic: *periodic, neighbors: Neighbors::All, located };
         field.neighbors = Neighbors::choose(field.reach(), start, periodic);
         Some(field)
     }
@@ -171,9 +174,46 @@ impl Field {
         near_reach.max(binding_reach)
     }
 
+    /// Whether any force jumps at a distance.
+    #[must_use]
+    pub fn jumps(&self) -> bool {
+        self.located && (self.jumping_cutoff().is_some() || self.binding.is_some())
+    }
+
+    /// The cut-off, where the near field jumps there [m].
+    #[must_use]
+    pub fn jumping_cutoff(&self) -> Option<f64> {
+        (!self.groups.is_empty() && self.cutoff < f64::MAX && self.switch.is_none()).then_some(self.cutoff)
+    }
+
+    /// Near-field force of a pair at distance s, without cut-off and switch [N]; positive attracts.
+    #[must_use]
+    pub fn near_force(&self, i: usize, j: usize, s: f64) -> f64 {
+        let group = |group: &Group| {
+            let weight = group.weight.as_ref().map_or(1.0, |weight| weight[i] * weight[j]);
+            weight * group.terms.iter().map(|term| term.strength * term.power.at(s)).sum::<f64>()
+        };
+        self.groups.iter().map(group).sum()
+    }
+
+    /// Activation distance of a pair [m]; `None` without binding.
+    #[must_use]
+    pub fn activation(&self, i: usize, j: usize) -> Option<f64> {
+        self.binding.as_ref().map(|binding| binding.range * (binding.radius[i] + binding.radius[j]))
+    }
+
+    /// Binding force of a bonded pair at distance s [N].
+    #[must_use]
+    pub fn binding_force(&self, i: usize, j: usize, s: f64) -> f64 {
+        self.binding.as_ref().map_or(0.0, |binding| {
+            let weight = binding.weight.as_ref().map_or(1.0, |weight| weight[i] * weight[j]);
+            weight * binding.strength * binding.power.at(s)
+        })
+    }
+
     /// The field of the same particles in the order of places, without lists.
     pub(crate) fn sorted(&self, cells: &Cells) -> Self {
-        let Self { groups, cutoff, switch, binding, periodic, neighbors: _ } = self;
+        let Self { groups, cutoff, switch, binding, periodic, neighbors: _, located } = self;
         let column = |column: &Option<Vec<f64>>| column.as_deref().map(|column| cells.sorted(column));
         let group =
             |group: &Group| Group { weight: column(&group.weight), kind: group.kind, terms: group.terms.clone() };
@@ -191,6 +231,7 @@ impl Field {
             binding,
             periodic: *periodic,
             neighbors: Neighbors::All,
+            located: *located,
         }
     }
 

@@ -102,20 +102,40 @@ impl Exchange {
     pub fn advance_and_book(&self, dt: f64, theta: &mut [f64]) -> Exchanged {
         let (mut convected, mut radiated) = (Sum::default(), Sum::default());
         for (i, theta) in theta.iter_mut().enumerate() {
-            let before = *theta;
-            let (after, by_convection) = self.particle(i).advance(self.scheme, dt, before);
-            *theta = after;
-            let drop = before - after;
-            // Where one of the two is absent the other is all, and nothing is left to round-off.
-            let by_convection = match (self.convects, self.radiates) {
-                (true, false) => drop,
-                (false, _) => 0.0,
-                (true, true) => by_convection,
-            };
-            convected.add(self.capacity[i] * by_convection);
-            radiated.add(self.capacity[i] * (drop - by_convection));
+            let exchanged = self.advance_one(i, dt, theta);
+            convected.add(exchanged.convected);
+            radiated.add(exchanged.radiated);
         }
         Exchanged { convected: convected.value(), radiated: radiated.value() }
+    }
+
+    /// As [`Exchange::advance_and_book`], for all particles but some.
+    pub fn advance_others(&self, dt: f64, theta: &mut [f64], skip: impl Fn(usize) -> bool) -> Exchanged {
+        let (mut convected, mut radiated) = (Sum::default(), Sum::default());
+        for (i, theta) in theta.iter_mut().enumerate().filter(|(i, _)| !skip(*i)) {
+            let exchanged = self.advance_one(i, dt, theta);
+            convected.add(exchanged.convected);
+            radiated.add(exchanged.radiated);
+        }
+        Exchanged { convected: convected.value(), radiated: radiated.value() }
+    }
+
+    /// Takes the temperature of particle i [K] over a time dt [s], and says what it gave off.
+    pub fn advance_one(&self, i: usize, dt: f64, theta: &mut f64) -> Exchanged {
+        let before = *theta;
+        let (after, by_convection) = self.particle(i).advance(self.scheme, dt, before);
+        *theta = after;
+        let drop = before - after;
+        // Where one of the two is absent the other is all, and nothing is left to round-off.
+        let by_convection = match (self.convects, self.radiates) {
+            (true, false) => drop,
+            (false, _) => 0.0,
+            (true, true) => by_convection,
+        };
+        Exchanged {
+            convected: self.capacity[i] * by_convection,
+            radiated: self.capacity[i] * (drop - by_convection),
+        }
     }
 
     fn particle(&self, i: usize) -> Particle {

@@ -24,4 +24,10 @@ impl ReactionHeat {
     pub fn at(&self, mean_force: f64, radius: f64) -> f64 {
         self.energy_per_area * (mean_force.abs() / self.force_scale).min(1.0) * std::f64::consts::PI * radius * radius
     }
+
+    /// As [`ReactionHeat::at`] without the limit: of many impacts, each below the force scale, whose forces add up to this.
+    #[must_use]
+    pub fn linear(&self, force: f64, radius: f64) -> f64 {
+        self.energy_per_area * (force.abs() / self.force_scale) * std::f64::consts::PI * radius * radius
+    }
 }

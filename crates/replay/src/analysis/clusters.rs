@@ -81,7 +81,7 @@ impl Close<'_> {
     }
 
     fn visit(&self, range: f64, visit: impl FnMut(ClosePair)) {
-        visit_close(self.position, self.particles, &self.model.domain, range, visit);
+        visit_close(self.position, &self.particles.radius, &self.model.domain.periodic, range, visit);
     }
 
     /// r_j - r_i by the shortest way [m].

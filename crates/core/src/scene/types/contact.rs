@@ -15,10 +15,11 @@ pub struct Contact {
     /// How long an impact lasts.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub duration: Option<ImpactDuration>,
-    /// When impacts happen: at step ends (`step`) or located in time (`located`).
+    /// When impacts happen, in `consistent`: located in time (`located`, the default) or at step ends (`step`).
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub resolution: Option<ContactResolution>,
-    /// Approaches slower than this are taken as resting: e = 0, no heat [m/s]. Model `consistent` only; default 0.01.
+    /// Approaches slower than this, of contacts that fields press together, are taken as resting where the next bounce would
+    /// end within the step [m/s]. Model `consistent` only; default 0.01.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("minimum" = 0.0))]
     pub rest_speed: Option<f64>,

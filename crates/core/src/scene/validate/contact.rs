@@ -49,10 +49,10 @@ fn check_contact(scene: &Scene, contact: &Contact, reaction: bool, problems: &mu
             format!("dynamic friction must be at most the static, {}, not {}", friction.static_, friction.dynamic);
         problems.push(Problem::new("/contact/friction/dynamic", message));
     }
-    if contact.resolution == Some(ContactResolution::Located) {
+    if contact.resolution == Some(ContactResolution::Located) && scene.model == ModelKind::Paper {
         problems.push(
-            Problem::new("/contact/resolution", "located impacts are not available in this version")
-                .hint("write \"step\": impacts happen at step ends"),
+            Problem::new("/contact/resolution", "the model `paper` knows no located impacts: contacts act during steps")
+                .hint("write \"step\", or choose the model \"consistent\""),
         );
     }
     if contact.rest_speed.is_some() && scene.model == ModelKind::Paper {

@@ -1,0 +1,564 @@
+//! One instant at which contacts act: impacts in rounds, then rest, then the forces that keep resting contacts closed.
+//!
+//! Rounds: (a) one complementarity problem over the touching contacts that approach, 0 <= P ⊥ u_sep - e u >= 0, u the
+//! approach before; kinetic energy changes by -1/2 sum P (1 - e) u <= 0. (b) friction with P held: the least kinetic energy
+//! over the discs |P_t| <= mu_s P, and again with mu_d for those at the bound. Rounds repeat while a contact approaches.
+//! Rest: one such problem with e = 0 over all contacts. Hold: forces lambda >= 0 ⊥ approach acceleration <= 0.
+//!
+//! A contact that the fields press together passes to rest where the rest of its bounces, sum u e^k, would be over within
+//! the step: its further impulses are booked as heat at once.
+
+use super::complementarity::Complementarity;
+use super::friction::tangential;
+use super::{ContactLaw, Touch};
+use crate::impact::Impact;
+use nalgebra::Vector3;
+
+/// Rounds before what still approaches is taken as resting. A cradle of n spheres needs about n.
+const MAX_ROUNDS: u64 = 200;
+/// Largest problem that is solved with a full matrix; beyond it sweeps over the contacts (Gauss and Seidel) cost less.
+const FULL: usize = 160;
+/// Sweeps, and the share of the fastest approach at which they end [-].
+const MAX_SWEEPS: usize = 2_000;
+const SWEPT: f64 = 1e-10;
+/// Sweeps of friction, and the share of the largest sliding at which they end [-].
+const MAX_FRICTION_SWEEPS: usize = 500;
+const RUBBED: f64 = 1e-13;
+/// Approaches below this share of the fastest one, and below this one of the fastest body, are round-off [-].
+const ROUND_OFF: f64 = 1e-12;
+const VELOCITY_ROUND_OFF: f64 = 1e-14;
+/// Drift of held contacts below this share of the radius is round-off [-].
+const DRIFT: f64 = 1e-14;
+/// A contact that would hop for less than this share of the step stays closed [-].
+const HOP: f64 = 1e-3;
+
+/// A particle that takes part.
+#[derive(Clone, Copy, Debug)]
+pub struct Body {
+    /// Its number.
+    pub particle: usize,
+    /// 1/m [1/kg].
+    pub inverse_mass: f64,
+    /// Velocity [m/s]; changed.
+    pub v: Vector3<f64>,
+    /// Acceleration by the fields [m/s^2]; holding forces are added.
+    pub a: Vector3<f64>,
+    /// Temperature [K]; changed by reaction heat. Without meaning where there are none.
+    pub theta: f64,
+    /// Capacity m C [J/K].
+    pub capacity: f64,
+    /// Impacts of this particle in the step so far are so many that it takes no more part in bounces.
+    pub worn: bool,
+}
+
+/// A contact that takes part.
+#[derive(Clone, Copy, Debug)]
+pub struct Joint {
+    /// Who touches.
+    pub touch: Touch,
+    /// Row of particle i in the bodies.
+    pub i: usize,
+    /// Row of particle j; `None` for a wall.
+    pub j: Option<usize>,
+    /// From i to its partner [-].
+    pub normal: Vector3<f64>,
+    /// Distance of the centres [m]; infinite for a wall.
+    pub distance: f64,
+    /// m_eff [kg].
+    pub effective_mass: f64,
+    /// The smaller radius [m].
+    pub radius: f64,
+    /// Point of contact [m].
+    pub position: Vector3<f64>,
+    /// Whether it was at rest before.
+    pub held: bool,
+    /// Whether it carried an impulse of a bounce in this instant.
+    bounced: bool,
+    /// Holding force [N].
+    pub force: f64,
+    /// Impulse of the last problem [N s].
+    impulse: f64,
+    tangential: Vector3<f64>,
+}
+
+impl Joint {
+    /// A contact with its geometry.
+    #[must_use]
+    pub fn new(touch: Touch, (i, j): (usize, Option<usize>), normal: Vector3<f64>, distance: f64) -> Self {
+        Self {
+            touch,
+            i,
+            j,
+            normal,
+            distance,
+            effective_mass: 0.0,
+            radius: 0.0,
+            position: Vector3::zeros(),
+            held: false,
+            bounced: false,
+            force: 0.0,
+            impulse: 0.0,
+            tangential: Vector3::zeros(),
+        }
+    }
+}
+
+/// What an instant amounted to.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Booked {
+    /// Contacts that approached.
+    pub contacts: u64,
+    /// Contacts held closed afterwards.
+    pub resting: u64,
+    /// Rounds of impacts.
+    pub rounds: u64,
+    /// Kinetic energy taken by contacts at rest, sliding included [J].
+    pub resting_loss: f64,
+    /// Momentum given to the cloud by walls [N s].
+    pub wall_impulse: Vector3<f64>,
+}
+
+/// When an instant is, and under which laws.
+#[derive(Clone, Copy, Debug)]
+pub struct Moment<'a> {
+    /// The contact laws.
+    pub law: &'a ContactLaw,
+    /// Whether there are temperatures.
+    pub thermal: bool,
+    /// Time of the run [s].
+    pub time: f64,
+    /// The whole step, by which rest is judged [s].
+    pub dt: f64,
+    /// What is left of the step [s].
+    pub left: f64,
+    /// Whether the step begins: contacts that touch then have been resting.
+    pub first: bool,
+}
+
+/// Bodies and contacts of one instant, connected with each other.
+#[derive(Clone, Debug, Default)]
+pub struct Instant {
+    /// Who takes part.
+    pub bodies: Vec<Body>,
+    /// What touches, in the order of (i, partner).
+    pub joints: Vec<Joint>,
+    problem: Complementarity,
+    active: Vec<usize>,
+}
+
+impl Instant {
+    /// Rounds of impacts, rest, hold. Velocities, accelerations and temperatures of the bodies change.
+    pub fn solve(&mut self, moment: &Moment<'_>, impacts: &mut Vec<Impact>, booked: &mut Booked) {
+        let fastest = (0..self.joints.len()).map(|k| self.approach(k)).fold(0.0, f64::max);
+        let speed = self.bodies.iter().map(|body| body.v.norm()).fold(0.0, f64::max);
+        let still = (ROUND_OFF * fastest).max(VELOCITY_ROUND_OFF * speed);
+        booked.contacts += (0..self.joints.len()).filter(|&k| self.approach(k) > still).count() as u64;
+        let mut rounds = 0;
+        while rounds < MAX_ROUNDS && self.round(moment, still, impacts, booked) {
+            rounds += 1;
+        }
+        booked.rounds += rounds;
+        self.rest(moment, still, impacts, booked);
+        self.hold(moment, booked);
+    }
+
+    /// u of contact k: the speed at which its gap closes [m/s].
+    #[must_use]
+    pub fn approach(&self, k: usize) -> f64 {
+        self.relative(k).dot(&self.joints[k].normal)
+    }
+
+    /// v_i - v_j of contact k [m/s].
+    fn relative(&self, k: usize) -> Vector3<f64> {
+        let joint = &self.joints[k];
+        let j = joint.j.map_or(Vector3::zeros(), |j| self.bodies[j].v);
+        self.bodies[joint.i].v - j
+    }
+
+    fn sliding(&self, k: usize) -> Vector3<f64> {
+        tangential(self.relative(k), self.joints[k].normal)
+    }
+
+    /// Rate of u: what the fields add, less what turning about each other takes [m/s^2].
+    fn pressing(&self, k: usize) -> f64 {
+        let joint = &self.joints[k];
+        let j = joint.j.map_or(Vector3::zeros(), |j| self.bodies[j].a);
+        (self.bodies[joint.i].a - j).dot(&joint.normal) - self.sliding(k).norm_squared() / joint.distance
+    }
+
+    fn theta(&self, k: usize) -> f64 {
+        let joint = &self.joints[k];
+        let i = self.bodies[joint.i].theta;
+        joint.j.map_or(i, |j| 0.5 * (i + self.bodies[j].theta))
+    }
+
+    fn restitution(&self, k: usize, u: f64, moment: &Moment<'_>) -> f64 {
+        moment.law.restitution.at(u, moment.thermal.then(|| self.theta(k)))
+    }
+
+    /// Whether contact k, approaching at u, bounces no more.
+    fn passes_to_rest(&self, k: usize, u: f64, e: f64, moment: &Moment<'_>) -> bool {
+        let joint = &self.joints[k];
+        if self.bodies[joint.i].worn || joint.j.is_some_and(|j| self.bodies[j].worn) {
+            return true;
+        }
+        let pressing = self.pressing(k);
+        if pressing <= 0.0 || e >= 1.0 {
+            return false;
+        }
+        let all_bounces_end = 2.0 * e * u <= pressing * moment.dt * (1.0 - e);
+        let next_bounce_ends = 2.0 * e * u <= pressing * moment.dt;
+        all_bounces_end || (next_bounce_ends && u <= moment.law.rest_speed)
+    }
+
+    /// One round; `false` if nothing bounces any more.
+    fn round(&mut self, moment: &Moment<'_>, still: f64, impacts: &mut Vec<Impact>, booked: &mut Booked) -> bool {
+        let mut active = std::mem::take(&mut self.active);
+        active.clear();
+        let mut demands = Vec::new();
+        for k in 0..self.joints.len() {
+            let u = self.approach(k);
+            if u > still {
+                let e = self.restitution(k, u, moment);
+                if !self.passes_to_rest(k, u, e, moment) {
+                    active.push(k);
+                    demands.push((u, e));
+                }
+            }
+        }
+        if !active.is_empty() {
+            self.push(&active, |row| (1.0 + demands[row].1) * demands[row].0);
+            self.kick(&active, booked);
+            let after: Vec<f64> = active.iter().map(|&k| -self.approach(k)).collect();
+            let slides: Vec<Vector3<f64>> = active.iter().map(|&k| self.sliding(k)).collect();
+            let slips = self.rub(&active, moment, booked);
+            for (row, &k) in active.iter().enumerate() {
+                if self.joints[k].impulse <= 0.0 {
+                    continue;
+                }
+                self.joints[k].bounced = true;
+                let (u, e) = demands[row];
+                let heat = self.react(k, moment, |reaction, force, radius| reaction.at(force, radius));
+                let slip = moment.law.friction.map(|_| slips[row]);
+                impacts.push(self.report(k, moment, (u, after[row], e), slides[row], slip, heat));
+            }
+        }
+        let any = !active.is_empty();
+        self.active = active;
+        any
+    }
+
+    /// Takes out what still approaches, and short hops of contacts that have been at rest.
+    fn rest(&mut self, moment: &Moment<'_>, still: f64, impacts: &mut Vec<Impact>, booked: &mut Booked) {
+        let all: Vec<usize> = (0..self.joints.len()).collect();
+        let before: Vec<f64> = all.iter().map(|&k| self.approach(k)).collect();
+        let hops: Vec<bool> = all.iter().map(|&k| self.hops(k, before[k], moment)).collect();
+        if !before.iter().zip(&hops).any(|(&u, &hops)| u > still || hops) {
+            return;
+        }
+        let energy = self.kinetic();
+        let restitutions: Vec<f64> = all.iter().map(|&k| self.restitution(k, before[k].max(0.0), moment)).collect();
+        self.push_free(&all, |row| before[row], |row| hops[row]);
+        self.kick(&all, booked);
+        let after: Vec<f64> = all.iter().map(|&k| -self.approach(k)).collect();
+        let slides: Vec<Vector3<f64>> = all.iter().map(|&k| self.sliding(k)).collect();
+        let slips = self.rub(&all, moment, booked);
+        let mut reported = 0.0;
+        for &k in &all {
+            let (u, e) = (before[k], restitutions[k]);
+            let joint = self.joints[k];
+            // Contacts that were at rest stay so; of those that arrive the rest of their bounces is booked.
+            if moment.first || joint.held || joint.impulse <= 0.0 || u <= still {
+                continue;
+            }
+            let all_bounces = joint.effective_mass * (1.0 + e) * u / (1.0 - e).max(f64::EPSILON);
+            let heat = self.react_with(k, moment, all_bounces, |reaction, force, radius| reaction.linear(force, radius));
+            let slip = moment.law.friction.map(|_| slips[k]);
+            let impact = self.report(k, moment, (u, after[k], 0.0), slides[k], slip, heat);
+            reported += impact.normal_loss() + impact.friction_loss();
+            impacts.push(impact);
+        }
+        booked.resting_loss += energy - self.kinetic() - reported;
+    }
+
+    /// Whether a contact parts so slowly that the fields bring it back at once.
+    fn hops(&self, k: usize, u: f64, moment: &Moment<'_>) -> bool {
+        if u >= 0.0 || self.joints[k].bounced || !(moment.first || self.joints[k].held) {
+            return false;
+        }
+        let pressing = self.pressing(k);
+        pressing > 0.0 && -u <= moment.law.rest_speed && -2.0 * u <= pressing * moment.dt
+    }
+
+    /// Forces that keep contacts closed for the rest of the step, and the first half of their friction.
+    fn hold(&mut self, moment: &Moment<'_>, booked: &mut Booked) {
+        let pressing: Vec<f64> = (0..self.joints.len()).map(|k| self.pressing(k)).collect();
+        let most = pressing.iter().copied().fold(0.0, f64::max);
+        for joint in &mut self.joints {
+            joint.force = 0.0;
+        }
+        if most <= 0.0 || moment.left <= 0.0 {
+            return;
+        }
+        let resting: Vec<usize> =
+            (0..self.joints.len()).filter(|&k| -2.0 * self.approach(k) <= HOP * most * moment.dt).collect();
+        self.push(&resting, |row| pressing[resting[row]]);
+        for &k in &resting {
+            let Joint { i, j, normal, impulse: force, .. } = self.joints[k];
+            self.joints[k].force = force;
+            let (bodies, push) = (&mut self.bodies, normal * force);
+            let inverse_mass = bodies[i].inverse_mass;
+            bodies[i].a -= push * inverse_mass;
+            if let Some(j) = j {
+                let inverse_mass = bodies[j].inverse_mass;
+                bodies[j].a += push * inverse_mass;
+            }
+        }
+        booked.resting += resting.iter().filter(|&&k| self.joints[k].force > 0.0).count() as u64;
+        self.rub_held(moment, 0.5 * moment.left, booked);
+    }
+
+    /// Friction of held contacts over a time [s].
+    pub fn rub_held(&mut self, moment: &Moment<'_>, time: f64, booked: &mut Booked) {
+        if moment.law.friction.is_none() {
+            return;
+        }
+        let held: Vec<usize> = (0..self.joints.len()).filter(|&k| self.joints[k].force > 0.0).collect();
+        for &k in &held {
+            self.joints[k].impulse = self.joints[k].force * time;
+        }
+        let energy = self.kinetic();
+        self.rub(&held, moment, booked);
+        booked.resting_loss += energy - self.kinetic();
+    }
+
+    fn kinetic(&self) -> f64 {
+        self.bodies.iter().map(|body| 0.5 * body.v.norm_squared() / body.inverse_mass).sum()
+    }
+
+    /// Impulses (or forces) of some contacts such that W P >= demand, the least that do, none negative.
+    fn push(&mut self, members: &[usize], demand: impl Fn(usize) -> f64) {
+        self.push_free(members, demand, |_| false);
+    }
+
+    fn push_free(&mut self, members: &[usize], demand: impl Fn(usize) -> f64, free: impl Fn(usize) -> bool) {
+        if members.len() > FULL {
+            return self.sweep(members, demand, free);
+        }
+        let mut problem = std::mem::take(&mut self.problem);
+        problem.start(members.len());
+        for (row, &k) in members.iter().enumerate() {
+            problem.demand[row] = demand(row);
+            problem.free[row] = free(row);
+            for (column, &l) in members[..=row].iter().enumerate() {
+                let coupling = self.coupling(k, l);
+                if coupling != 0.0 {
+                    problem.couple(row, column, coupling);
+                }
+            }
+        }
+        problem.solve();
+        for (row, &k) in members.iter().enumerate() {
+            self.joints[k].impulse = problem.solution[row];
+        }
+        self.problem = problem;
+    }
+
+    /// W_kl = n_k.n_l over the masses of shared particles, with its sign [1/kg].
+    fn coupling(&self, k: usize, l: usize) -> f64 {
+        let (a, b) = (&self.joints[k], &self.joints[l]);
+        let cosine = a.normal.dot(&b.normal);
+        if k == l {
+            return 1.0 / a.effective_mass;
+        }
+        let weight = |row: usize| self.bodies[row].inverse_mass * cosine;
+        let mut sum = 0.0;
+        if a.i == b.i {
+            sum += weight(a.i);
+        }
+        if b.j == Some(a.i) {
+            sum -= weight(a.i);
+        }
+        if let Some(j) = a.j {
+            if b.j == Some(j) {
+                sum += weight(j);
+            }
+            if b.i == j {
+                sum -= weight(j);
+            }
+        }
+        sum
+    }
+
+    /// The same by sweeps over the contacts, for large problems.
+    fn sweep(&mut self, members: &[usize], demand: impl Fn(usize) -> f64, free: impl Fn(usize) -> bool) {
+        let mut given = vec![Vector3::zeros(); self.bodies.len()];
+        let scale = (0..members.len()).map(|row| demand(row).abs()).fold(0.0, f64::max);
+        for &k in members {
+            self.joints[k].impulse = 0.0;
+        }
+        for _ in 0..MAX_SWEEPS {
+            let mut worst: f64 = 0.0;
+            for (row, &k) in members.iter().enumerate() {
+                let Joint { i, j, normal, effective_mass, impulse, .. } = self.joints[k];
+                let done: Vector3<f64> = j.map_or(Vector3::zeros(), |j| given[j]) - given[i];
+                let wanted = impulse + effective_mass * (demand(row) - done.dot(&normal));
+                let wanted = if free(row) { wanted } else { wanted.max(0.0) };
+                let change = wanted - impulse;
+                worst = worst.max(change.abs() / effective_mass);
+                self.joints[k].impulse = wanted;
+                given[i] -= normal * (change * self.bodies[i].inverse_mass);
+                if let Some(j) = j {
+                    given[j] += normal * (change * self.bodies[j].inverse_mass);
+                }
+            }
+            if worst <= SWEPT * scale {
+                break;
+            }
+        }
+    }
+
+    /// Gives the bodies the impulses of these contacts.
+    fn kick(&mut self, members: &[usize], booked: &mut Booked) {
+        for &k in members {
+            let push = -self.joints[k].normal * self.joints[k].impulse;
+            self.give(k, push, booked);
+        }
+    }
+
+    /// Gives impulse p to i and -p to its partner.
+    fn give(&mut self, k: usize, p: Vector3<f64>, booked: &mut Booked) {
+        let Joint { i, j, .. } = self.joints[k];
+        let bodies = &mut self.bodies;
+        let inverse_mass = bodies[i].inverse_mass;
+        bodies[i].v += p * inverse_mass;
+        match j {
+            Some(j) => {
+                let inverse_mass = bodies[j].inverse_mass;
+                bodies[j].v -= p * inverse_mass;
+            }
+            None => booked.wall_impulse += p,
+        }
+    }
+
+    /// Friction (33) at the impulses of these contacts; says which slip.
+    fn rub(&mut self, members: &[usize], moment: &Moment<'_>, booked: &mut Booked) -> Vec<bool> {
+        let mut slips = vec![false; members.len()];
+        for &k in members {
+            self.joints[k].tangential = Vector3::zeros();
+        }
+        let Some(friction) = moment.law.friction else { return slips };
+        let fastest = members.iter().map(|&k| self.sliding(k).norm()).fold(0.0, f64::max);
+        let (mut bound, mut decided) = (friction.static_, false);
+        for _ in 0..MAX_FRICTION_SWEEPS {
+            let mut worst: f64 = 0.0;
+            for (row, &k) in members.iter().enumerate() {
+                let limit = if slips[row] { friction.dynamic } else { bound } * self.joints[k].impulse.max(0.0);
+                worst = worst.max(self.rub_one(k, limit, booked) / self.joints[k].effective_mass);
+            }
+            let settled = worst <= RUBBED * fastest || members.len() == 1;
+            if settled && decided {
+                break;
+            }
+            if settled {
+                // Those at the static bound slide, with the dynamic coefficient.
+                for (row, &k) in members.iter().enumerate() {
+                    let limit = friction.static_ * self.joints[k].impulse.max(0.0);
+                    slips[row] = self.sliding(k).norm() > RUBBED * fastest
+                        && self.joints[k].tangential.norm() >= limit * (1.0 - RUBBED);
+                }
+                decided = true;
+                bound = friction.static_;
+                if !slips.contains(&true) {
+                    break;
+                }
+            }
+        }
+        slips
+    }
+
+    /// Least kinetic energy over the disc of one contact; returns the size of the change [N s].
+    fn rub_one(&mut self, k: usize, limit: f64, booked: &mut Booked) -> f64 {
+        let Joint { tangential: given, effective_mass, .. } = self.joints[k];
+        let stick = given - self.sliding(k) * effective_mass;
+        let size = stick.norm();
+        let wanted = if size > limit { stick * (limit / size) } else { stick };
+        let change = wanted - given;
+        self.joints[k].tangential = wanted;
+        self.give(k, change, booked);
+        change.norm()
+    }
+
+    /// Reaction heat at the impulse of contact k, given to its particles [J].
+    fn react(
+        &mut self,
+        k: usize,
+        moment: &Moment<'_>,
+        heat: impl Fn(&crate::thermal::reaction::ReactionHeat, f64, f64) -> f64,
+    ) -> f64 {
+        self.react_with(k, moment, self.joints[k].impulse, heat)
+    }
+
+    fn react_with(
+        &mut self,
+        k: usize,
+        moment: &Moment<'_>,
+        impulse: f64,
+        heat: impl Fn(&crate::thermal::reaction::ReactionHeat, f64, f64) -> f64,
+    ) -> f64 {
+        let Some(reaction) = &moment.law.reaction else { return 0.0 };
+        let Joint { i, j, radius, .. } = self.joints[k];
+        // The duration only turns the impulse into the mean force of the reaction law.
+        let heat = heat(reaction, impulse / moment.law.duration(0.0), radius);
+        for row in [Some(i), j].into_iter().flatten() {
+            self.bodies[row].theta += heat / self.bodies[row].capacity;
+        }
+        heat
+    }
+
+    fn report(
+        &self,
+        k: usize,
+        moment: &Moment<'_>,
+        (u, after, e): (f64, f64, f64),
+        slide: Vector3<f64>,
+        slip: Option<bool>,
+        heat: f64,
+    ) -> Impact {
+        let joint = &self.joints[k];
+        Impact {
+            time: moment.time,
+            particle: joint.touch.i as u32,
+            partner: joint.touch.partner,
+            normal: joint.normal.into(),
+            gap_rate_before: -u,
+            gap_rate_after: after,
+            tangential_before: slide.into(),
+            tangential_after: self.sliding(k).into(),
+            restitution: e,
+            normal_impulse: joint.impulse,
+            tangential_impulse: joint.tangential.into(),
+            slip,
+            heat,
+            position: joint.position.into(),
+        }
+    }
+
+    /// The least moves (by mass) that take the gaps of these contacts to zero; NaN: of no concern. (body, metres) each.
+    pub fn close(&mut self, gaps: &[f64]) -> Vec<(usize, Vector3<f64>)> {
+        let members: Vec<usize> = (0..gaps.len()).filter(|&k| gaps[k].is_finite()).collect();
+        if !members.iter().any(|&k| gaps[k].abs() > DRIFT * self.joints[k].radius) {
+            return Vec::new();
+        }
+        self.push_free(&members, |row| -gaps[members[row]], |_| true);
+        let mut moves = vec![Vector3::zeros(); self.bodies.len()];
+        for &k in &members {
+            let Joint { i, j, normal, impulse, .. } = self.joints[k];
+            moves[i] -= normal * (impulse * self.bodies[i].inverse_mass);
+            if let Some(j) = j {
+                moves[j] += normal * (impulse * self.bodies[j].inverse_mass);
+            }
+        }
+        moves.into_iter().enumerate().collect()
+    }
+}

@@ -1,0 +1,120 @@
+//! Events located in time within a step: impacts, and crossings of the cut-off and of the activation distance.
+//!
+//! Between events every particle flies on a parabola, [`paths`]. Impacts are solved in the order of time, each with all
+//! contacts that touch at its instant ([`crate::contact::instant`]), and cost O(neighbours). Crossings change the force but
+//! not the velocity: what the step's end would miss of them is added afterwards, [`crossings`]. Both leave schemes of
+//! second order at second order. Nothing depends on the numbering of particles but the order of sums.
+
+pub mod candidates;
+pub mod crossings;
+pub mod impacts;
+pub mod paths;
+pub mod roots;
+
+use crate::contact::ContactLaw;
+use crate::contact::instant::Booked;
+use crate::force::Field;
+use crate::impact::Impact;
+use crate::integrator::Integrator;
+use crate::thermal::exchange::{Exchange, Exchanged};
+use crossings::Crossings;
+use impacts::{Impacts, Warmth};
+use nalgebra::Vector3;
+use paths::{Launch, Paths};
+
+/// What the events of a step need to know of the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct Laws<'a> {
+    /// Contact, where there is one.
+    pub contact: Option<&'a ContactLaw>,
+    /// Pair forces, where their jumps are to be located.
+    pub field: Option<&'a Field>,
+    /// The integrator's weights.
+    pub integrator: &'a Integrator,
+    /// Exchange of heat.
+    pub exchange: Option<&'a Exchange>,
+    /// Temperatures at the step's start, length n [K], with the heat capacity [J/(kg K)].
+    pub warmth: Option<(&'a [f64], f64)>,
+    /// Time at the step's start [s].
+    pub time: f64,
+}
+
+/// What the events of a step did.
+#[derive(Clone, Debug, Default)]
+pub struct Events {
+    paths: Paths,
+    impacts: Impacts,
+    crossings: Crossings,
+    /// Impacts in the order of time.
+    pub reports: Vec<Impact>,
+    /// Contacts, rounds, losses.
+    pub booked: Booked,
+    /// Heat exchanged so far by particles that had impacts.
+    pub exchanged: Exchanged,
+    /// What events add to positions and velocities at the step's end: (particle, metres, m/s).
+    pub shifts: Vec<(usize, Vector3<f64>, Vector3<f64>)>,
+}
+
+impl Events {
+    /// Whether a scene has any.
+    #[must_use]
+    pub fn wanted(contact: Option<&ContactLaw>, field: Option<&Field>) -> bool {
+        contact.is_some_and(|law| law.located) || field.is_some_and(Field::jumps)
+    }
+
+    /// Goes through the events of a step whose parabolas are given by `launch`.
+    pub fn pass(&mut self, laws: &Laws<'_>, launch: &Launch<'_>) {
+        self.paths.start(launch.particles.len());
+        self.reports.clear();
+        self.shifts.clear();
+        (self.booked, self.exchanged) = (Booked::default(), Exchanged::default());
+        if let Some(law) = laws.contact.filter(|law| law.located) {
+            let (thetas, capacity) = laws.warmth.map_or((None, f64::INFINITY), |(thetas, c)| (Some(thetas), c));
+            let warmth = Warmth { thetas, capacity, exchange: laws.exchange };
+            let mut outcome =
+                impacts::Outcome { reports: &mut self.reports, booked: &mut self.booked, exchanged: &mut self.exchanged };
+            self.impacts.pass(law, laws.time, launch, &warmth, &mut self.paths, &mut outcome);
+        }
+        self.collect(launch);
+        if let Some(field) = laws.field.filter(|field| field.jumps()) {
+            self.crossings.pass(field, laws.integrator, launch, &self.paths, &mut self.shifts);
+        }
+    }
+
+    /// What bent paths add to those that were foreseen.
+    fn collect(&mut self, launch: &Launch<'_>) {
+        let dt = launch.dt;
+        for bent in &self.paths.bent {
+            let i = bent.piece.particle as usize;
+            let (r, v, a) = (launch.position.get(i), launch.velocity.get(i), launch.acceleration(i));
+            let shift = bent.piece.position(dt) - (r + (v + a * (0.5 * dt)) * dt);
+            self.shifts.push((i, shift, bent.piece.velocity(dt) - (v + a * dt)));
+        }
+        for &(i, shift) in &self.impacts.drift {
+            self.shifts.push((i, shift, Vector3::zeros()));
+        }
+    }
+
+    /// Temperatures of those that had impacts, with the time in the step that each is of: (particle, K, s).
+    pub fn warmed(&self) -> impl Iterator<Item = (usize, f64, f64)> + '_ {
+        self.impacts.warmed.iter().copied()
+    }
+
+    /// Number of crossings.
+    #[must_use]
+    pub fn crossings(&self) -> u64 {
+        self.crossings.count
+    }
+
+    /// Whether some particle had so many impacts that it took a contact step.
+    #[must_use]
+    pub fn contact_step(&self) -> bool {
+        self.impacts.worn
+    }
+
+    /// By how much crossings changed the acceleration of particle i [m/s^2].
+    #[must_use]
+    pub fn jump(&self, i: usize) -> Vector3<f64> {
+        if self.crossings.count > 0 { self.crossings.jump.get(i) } else { Vector3::zeros() }
+    }
+}
