@@ -134,7 +134,8 @@ fn a_ball_bounces_to_rest() {
         }
         let zeno = fall * (1.0 + e) / (1.0 - e);
         let last = impacts[impacts.len() - 1].time;
-        assert!(last < zeno && zeno - last <= 2.0 * dt, "{dt}: at rest at {last} s, the series ends at {zeno} s");
+        // The bounce that would end within a step is the last; all that follow would take 1/(1 - e) as long.
+        assert!(last < zeno && zeno - last <= dt / (1.0 - e), "{dt}: at rest at {last} s, the series ends at {zeno} s");
         let end = &steps[steps.len() - 1].state;
         assert!((end.position.z[0] - 0.05).abs() <= 1e-15, "{dt}: rests {} m off", end.position.z[0] - 0.05);
         assert!(end.velocity.z[0].abs() <= 1e-15, "{dt}: {}", end.velocity.z[0]);
@@ -171,6 +172,9 @@ fn bounces_that_slow_down_for_ever_come_to_rest_below_the_rest_speed() {
 fn an_attracted_pair_comes_to_rest_and_stays() {
     let mut value = balls(&[ball([0.0; 3], [0.0; 3]), ball([0.13, 0.0, 0.0], [0.0; 3])], 100.0, 1e-3, json!(0.5));
     value["near_field"] = json!({ "attraction": { "strength": 0.2, "exponent": 1.0 } });
+    for particle in value["particles"]["list"].as_array_mut().unwrap() {
+        particle["temperature"] = json!(300.0);
+    }
     value["thermal"] = json!({ "heat_capacity": 1000.0, "reaction": { "energy_per_area": 1e6, "force_scale": 1e3 } });
     value["contact"]["duration"] = json!({ "seconds": 1e-3 });
     let mut heats = Vec::new();
@@ -221,9 +225,9 @@ fn friction_brakes_a_touching_pair_on_orbit() {
         assert!(w.dot(&d.normalize()).abs() <= 1e-3, "{dt}: parts at {}", w.dot(&d.normalize()));
         errors.push((w.norm() - v).abs() / v);
     }
-    assert!(errors[0] <= 1e-3, "{errors:?}");
-    // Holding forces are those of each step's start: first order.
-    assert!(errors[1] <= 0.6 * errors[0], "{errors:?}");
+    assert!(errors[0] <= 1e-4, "{errors:?}");
+    // Half of the friction at each end of a step: second order.
+    assert!(errors[1] <= 0.3 * errors[0], "{errors:?}");
 }
 
 /// Many crossings of the cut-off and of the activation distance: the residual falls with the square of the step.
@@ -254,8 +258,8 @@ fn crossings_leave_the_energy_at_second_order() {
 /// The same numbers in other orders, in a mirror: velocities and impacts come out the same.
 #[test]
 fn an_impact_does_not_know_its_numbers() {
-    let places = [[0.0, 0.0, 0.0], [0.3, 0.02, 0.01], [0.52, -0.04, 0.03], [0.8, 0.03, -0.02]];
-    let speeds = [[2.0, 0.1, 0.0], [-1.0, 0.0, 0.1], [0.3, 0.2, -0.1], [-2.0, 0.0, 0.0]];
+    let places = [[0.0, 0.0, 0.0], [0.3, 0.02, 0.01], [0.52, -0.01, 0.03], [0.8, 0.03, -0.02]];
+    let speeds = [[3.0, 0.0, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.1], [-2.0, 0.0, 0.0]];
     let end = |order: [usize; 4], mirror: f64| {
         let list: Vec<Value> = order
             .iter()
@@ -265,7 +269,7 @@ fn an_impact_does_not_know_its_numbers() {
             })
             .collect();
         let (steps, outcome) = record(&scene(&balls(&list, 1.0, 0.25, json!(0.9))));
-        assert!(outcome.counters.impacts >= 3);
+        assert!(outcome.counters.impacts >= 2, "{:?}", outcome.counters);
         let v = velocities(&steps);
         let mut result = vec![[0_u64; 3]; 4];
         for (row, &k) in order.iter().enumerate() {

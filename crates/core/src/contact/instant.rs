@@ -24,9 +24,11 @@ const SWEPT: f64 = 1e-10;
 /// Sweeps of friction, and the share of the largest sliding at which they end [-].
 const MAX_FRICTION_SWEEPS: usize = 500;
 const RUBBED: f64 = 1e-13;
-/// Approaches below this share of the fastest one, and below this one of the fastest body, are round-off [-].
+/// Approaches are round-off below this share of the fastest one, this one of the fastest body, and where they close no gap
+/// beyond this share of the radius in a step [-].
 const ROUND_OFF: f64 = 1e-12;
 const VELOCITY_ROUND_OFF: f64 = 1e-14;
+const LENGTH_ROUND_OFF: f64 = 4e-16;
 /// Drift of held contacts below this share of the radius is round-off [-].
 const DRIFT: f64 = 1e-14;
 /// A contact that would hop for less than this share of the step stays closed [-].
@@ -151,7 +153,8 @@ impl Instant {
     pub fn solve(&mut self, moment: &Moment<'_>, impacts: &mut Vec<Impact>, booked: &mut Booked) {
         let fastest = (0..self.joints.len()).map(|k| self.approach(k)).fold(0.0, f64::max);
         let speed = self.bodies.iter().map(|body| body.v.norm()).fold(0.0, f64::max);
-        let still = (ROUND_OFF * fastest).max(VELOCITY_ROUND_OFF * speed);
+        let length = self.joints.iter().map(|joint| joint.radius).fold(0.0, f64::max);
+        let still = (ROUND_OFF * fastest).max(VELOCITY_ROUND_OFF * speed).max(LENGTH_ROUND_OFF * length / moment.dt);
         booked.contacts += (0..self.joints.len()).filter(|&k| self.approach(k) > still).count() as u64;
         let mut rounds = 0;
         while rounds < MAX_ROUNDS && self.round(moment, still, impacts, booked) {
@@ -302,10 +305,9 @@ impl Instant {
         }
         let resting: Vec<usize> =
             (0..self.joints.len()).filter(|&k| -2.0 * self.approach(k) <= HOP * most * moment.dt).collect();
-        self.push(&resting, |row| pressing[resting[row]]);
+        self.find_forces(&resting);
         for &k in &resting {
-            let Joint { i, j, normal, impulse: force, .. } = self.joints[k];
-            self.joints[k].force = force;
+            let Joint { i, j, normal, force, .. } = self.joints[k];
             let (bodies, push) = (&mut self.bodies, normal * force);
             let inverse_mass = bodies[i].inverse_mass;
             bodies[i].a -= push * inverse_mass;
@@ -318,8 +320,30 @@ impl Instant {
         self.rub_held(moment, 0.5 * moment.left, booked);
     }
 
+    /// The end of what held contacts closed for a time [s], with forces [N] along normals at its begin, one for each
+    /// contact: the mean of both ends counts, as for the fields; then the second half of friction.
+    pub fn end(&mut self, moment: &Moment<'_>, time: f64, holds: &[(f64, Vector3<f64>)], booked: &mut Booked) {
+        let held: Vec<usize> = (0..self.joints.len()).filter(|&k| self.joints[k].held).collect();
+        self.find_forces(&held);
+        for &k in &held {
+            let (force, normal) = holds[k];
+            let change = normal * force - self.joints[k].normal * self.joints[k].force;
+            self.give(k, change * (0.5 * time), booked);
+        }
+        self.rub_held(moment, 0.5 * time, booked);
+    }
+
+    /// Forces that take the approach acceleration of these contacts to zero, or above where they need not push.
+    fn find_forces(&mut self, members: &[usize]) {
+        let pressing: Vec<f64> = members.iter().map(|&k| self.pressing(k)).collect();
+        self.push(members, |row| pressing[row]);
+        for &k in members {
+            self.joints[k].force = self.joints[k].impulse;
+        }
+    }
+
     /// Friction of held contacts over a time [s].
-    pub fn rub_held(&mut self, moment: &Moment<'_>, time: f64, booked: &mut Booked) {
+    fn rub_held(&mut self, moment: &Moment<'_>, time: f64, booked: &mut Booked) {
         if moment.law.friction.is_none() {
             return;
         }

@@ -308,11 +308,9 @@ impl Impacts {
                 continue;
             }
             self.gather(step, dt, seed);
-            for (joint, &k) in self.instant.joints.iter_mut().zip(&self.members) {
-                joint.force = self.holds[k].force;
-            }
             let moment = step.moment(dt, false);
-            self.instant.rub_held(&moment, 0.5 * (dt - since), step.outcome.booked);
+            let holds: Vec<_> = self.members.iter().map(|&k| (self.holds[k].force, self.holds[k].normal)).collect();
+            self.instant.end(&moment, dt - since, &holds, step.outcome.booked);
             self.close(step);
             for body in &self.instant.bodies {
                 step.paths.bend(step.launch, body.particle, dt, body.v, body.a);
@@ -329,7 +327,7 @@ impl Impacts {
             .instant
             .joints
             .iter()
-            .map(|joint| if joint.force > 0.0 { step.gap(joint.touch, dt) } else { f64::NAN })
+            .map(|joint| if joint.held { step.gap(joint.touch, dt) } else { f64::NAN })
             .collect();
         for (body, shift) in self.instant.close(&gaps) {
             self.drift.push((self.instant.bodies[body].particle, shift));
