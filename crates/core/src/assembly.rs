@@ -60,7 +60,7 @@ impl Model {
         let located = contact.as_ref().is_some_and(|law| law.located);
         let bond_range = scene.binding.as_ref().map(|binding| binding.range);
         let cluster_range = bond_range.or(scene.clusters.map(|clusters| clusters.range));
-        let factor = (contact.is_some().then_some(1.0 + TOUCHING)).into_iter().chain(cluster_range).reduce(f64::max);
+        let factor = ((contact.is_some() && !located).then_some(1.0 + TOUCHING)).into_iter().chain(cluster_range).reduce(f64::max);
         Self {
             kind: scene.model,
             integrator: Integrator::of(scene.solver.integrator.unwrap_or(default)),

@@ -1,7 +1,7 @@
 //! One step of the solver, as the paper's loop (55) has it: attempts, until one is accepted.
 
 use crate::contact::resolve::{Bodies, Resolution, lift, resolve};
-use crate::contact::search::TOUCHING;
+use crate::contact::search::{TOUCHING, visit_close};
 use crate::convergence::Verdict;
 use crate::diagnostics::{Level, Notice, RejectedAttempt, RejectionCause, StepDiagnostics};
 use crate::error::RunError;
@@ -344,20 +344,23 @@ impl Simulation {
 
     /// Bonds and the deepest overlap at the step's end.
     fn look_around(&mut self) {
-        let Some(search) = &mut self.model.search else { return };
-        let factor = self.model.bond_range.unwrap_or(0.0).max(1.0);
-        let pairs = search.close(&self.state.position, &self.particles, &self.model.domain, factor);
-        if self.model.bond_range.is_some() {
+        let contact = self.model.contact.is_some();
+        if let (Some(range), Some(search)) = (self.model.bond_range, &mut self.model.search) {
+            let pairs = search.close(&self.state.position, &self.particles, &self.model.domain, range);
             self.diagnostics.bonds = Some(pairs.len() as u64);
         }
+        if !contact {
+            return;
+        }
         let mut deepest = self.counters.max_overlap;
-        for pair in pairs {
-            let touch = self.particles.radius[pair.i as usize] + self.particles.radius[pair.j as usize];
+        let radius = &self.particles.radius;
+        visit_close(&self.state.position, radius, &self.model.domain.periodic, 1.0, |pair| {
+            let touch = radius[pair.i as usize] + radius[pair.j as usize];
             // Touching within round-off is no overlap.
             if pair.square < touch * touch * (1.0 - TOUCHING) {
                 deepest = deepest.max(touch - pair.square.sqrt());
             }
-        }
+        });
         for wall in &self.model.domain.walls {
             for (i, radius) in self.particles.radius.iter().enumerate() {
                 deepest = deepest.max(radius - wall.distance(&self.state.position.get(i)));

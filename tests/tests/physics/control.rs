@@ -195,17 +195,18 @@ fn runs_end_at_their_duration() {
     }
 }
 
-/// A fixed step in which particles move through each other is taken, as asked, but not without a word; an adaptive one is
+/// Impacts at step ends: a fixed step in which particles move through each other is taken, as asked, but not without a word; an adaptive one is
 /// refused and shortened, and the diagnostics say why.
 #[test]
 fn steps_too_long_for_contacts_are_told_or_shortened() {
-    let value = with(&shipped("head-on-impact"), &[("/solver/step/fixed", json!(0.2))]);
+    let step = |value: &Value| with(value, &[("/contact/resolution", json!("step"))]);
+    let value = step(&with(&shipped("head-on-impact"), &[("/solver/step/fixed", json!(0.2))]));
     let mut warnings = 0;
     run(&scene(&value), |report| {
         warnings += report.notices.iter().filter(|notice| notice.level == Level::Warning).count();
     });
     assert_eq!(warnings, 1);
-    let mut value = shipped("head-on-impact");
+    let mut value = step(&shipped("head-on-impact"));
     value["solver"] = json!({ "step": { "initial": 0.2, "max": 0.2 } });
     let (steps, outcome) = record(&scene(&value));
     assert_eq!(outcome.counters.impacts, 1);

@@ -13,6 +13,10 @@ use super::friction::tangential;
 use super::{ContactLaw, Touch};
 use crate::impact::Impact;
 use nalgebra::Vector3;
+use smallvec::{SmallVec, smallvec};
+
+/// Nearly all instants are of one contact, and need no memory.
+type Few<T> = SmallVec<[T; 2]>;
 
 /// Rounds before what still approaches is taken as resting. A cradle of n spheres needs about n.
 const MAX_ROUNDS: u64 = 200;
@@ -31,6 +35,9 @@ const VELOCITY_ROUND_OFF: f64 = 1e-14;
 const LENGTH_ROUND_OFF: f64 = 4e-16;
 /// Drift of held contacts below this share of the radius is round-off [-].
 const DRIFT: f64 = 1e-14;
+/// Contacts at rest in a cluster hop as their neighbours move; their landings are below this share of the approach at which
+/// bounces of a contact that arrives are cut, and are no impacts: they have no heat in the limit of small steps [-].
+const HOP_SPEED: f64 = 0.2;
 /// A contact that would hop for less than this share of the step stays closed [-].
 const HOP: f64 = 1e-3;
 
@@ -209,16 +216,22 @@ impl Instant {
         if pressing <= 0.0 || e >= 1.0 {
             return false;
         }
-        let all_bounces_end = 2.0 * e * u <= pressing * moment.dt * (1.0 - e);
+        let all_bounces_end = u <= self.cut(k, e, moment);
         let next_bounce_ends = 2.0 * e * u <= pressing * moment.dt;
         all_bounces_end || (next_bounce_ends && u <= moment.law.rest_speed)
+    }
+
+    /// Approach at which all further bounces, of duration 2 e u/(d (1 - e)) in all, end within the step [m/s]; d the pressing
+    /// acceleration.
+    fn cut(&self, k: usize, e: f64, moment: &Moment<'_>) -> f64 {
+        self.pressing(k).max(0.0) * moment.dt * (1.0 - e) / (2.0 * e).max(f64::MIN_POSITIVE)
     }
 
     /// One round; `false` if nothing bounces any more.
     fn round(&mut self, moment: &Moment<'_>, still: f64, impacts: &mut Vec<Impact>, booked: &mut Booked) -> bool {
         let mut active = std::mem::take(&mut self.active);
         active.clear();
-        let mut demands = Vec::new();
+        let mut demands: Few<(f64, f64)> = Few::new();
         for k in 0..self.joints.len() {
             let u = self.approach(k);
             if u > still {
@@ -232,8 +245,8 @@ impl Instant {
         if !active.is_empty() {
             self.push(&active, |row| (1.0 + demands[row].1) * demands[row].0);
             self.kick(&active, booked);
-            let after: Vec<f64> = active.iter().map(|&k| -self.approach(k)).collect();
-            let slides: Vec<Vector3<f64>> = active.iter().map(|&k| self.sliding(k)).collect();
+            let after: Few<f64> = active.iter().map(|&k| -self.approach(k)).collect();
+            let slides: Few<Vector3<f64>> = active.iter().map(|&k| self.sliding(k)).collect();
             let slips = self.rub(&active, moment, booked);
             for (row, &k) in active.iter().enumerate() {
                 if self.joints[k].impulse <= 0.0 {
@@ -253,25 +266,26 @@ impl Instant {
 
     /// Takes out what still approaches, and short hops of contacts that have been at rest.
     fn rest(&mut self, moment: &Moment<'_>, still: f64, impacts: &mut Vec<Impact>, booked: &mut Booked) {
-        let all: Vec<usize> = (0..self.joints.len()).collect();
-        let before: Vec<f64> = all.iter().map(|&k| self.approach(k)).collect();
-        let hops: Vec<bool> = all.iter().map(|&k| self.hops(k, before[k], moment)).collect();
+        let all: Few<usize> = (0..self.joints.len()).collect();
+        let before: Few<f64> = all.iter().map(|&k| self.approach(k)).collect();
+        let hops = self.hops(&before, moment);
         if !before.iter().zip(&hops).any(|(&u, &hops)| u > still || hops) {
             return;
         }
         let energy = self.kinetic();
-        let restitutions: Vec<f64> = all.iter().map(|&k| self.restitution(k, before[k].max(0.0), moment)).collect();
+        let restitutions: Few<f64> = all.iter().map(|&k| self.restitution(k, before[k].max(0.0), moment)).collect();
+        let cuts: Few<f64> = all.iter().map(|&k| self.cut(k, restitutions[k], moment)).collect();
         self.push_free(&all, |row| before[row], |row| hops[row]);
         self.kick(&all, booked);
-        let after: Vec<f64> = all.iter().map(|&k| -self.approach(k)).collect();
-        let slides: Vec<Vector3<f64>> = all.iter().map(|&k| self.sliding(k)).collect();
+        let after: Few<f64> = all.iter().map(|&k| -self.approach(k)).collect();
+        let slides: Few<Vector3<f64>> = all.iter().map(|&k| self.sliding(k)).collect();
         let slips = self.rub(&all, moment, booked);
         let mut reported = 0.0;
         for &k in &all {
             let (u, e) = (before[k], restitutions[k]);
             let joint = self.joints[k];
             // Contacts that were at rest stay so; of those that arrive the rest of their bounces is booked.
-            if moment.first || joint.held || joint.impulse <= 0.0 || u <= still {
+            if moment.first || joint.held || joint.impulse <= 0.0 || u <= still || u <= HOP_SPEED * cuts[k] {
                 continue;
             }
             let all_bounces = joint.effective_mass * (1.0 + e) * u / (1.0 - e).max(f64::EPSILON);
@@ -284,18 +298,25 @@ impl Instant {
         booked.resting_loss += energy - self.kinetic() - reported;
     }
 
-    /// Whether a contact parts so slowly that the fields bring it back at once.
-    fn hops(&self, k: usize, u: f64, moment: &Moment<'_>) -> bool {
-        if u >= 0.0 || self.joints[k].bounced || !(moment.first || self.joints[k].held) {
-            return false;
+    /// Which contacts that were at rest part so slowly that what presses them together brings them back within the step.
+    fn hops(&mut self, approach: &[f64], moment: &Moment<'_>) -> Few<bool> {
+        let may = |joint: &Joint, u: f64| {
+            u < 0.0 && -u <= moment.law.rest_speed && !joint.bounced && (moment.first || joint.held)
+        };
+        if !self.joints.iter().zip(approach).any(|(joint, &u)| may(joint, u)) {
+            return smallvec![false; self.joints.len()];
         }
-        let pressing = self.pressing(k);
-        pressing > 0.0 && -u <= moment.law.rest_speed && -2.0 * u <= pressing * moment.dt
+        let all: Few<usize> = (0..self.joints.len()).collect();
+        self.find_forces(&all);
+        let hop = |(joint, &u): (&Joint, &f64)| {
+            may(joint, u) && -2.0 * u * joint.effective_mass <= joint.force * moment.dt && joint.force > 0.0
+        };
+        self.joints.iter().zip(approach).map(hop).collect()
     }
 
     /// Forces that keep contacts closed for the rest of the step, and the first half of their friction.
     fn hold(&mut self, moment: &Moment<'_>, booked: &mut Booked) {
-        let pressing: Vec<f64> = (0..self.joints.len()).map(|k| self.pressing(k)).collect();
+        let pressing: Few<f64> = (0..self.joints.len()).map(|k| self.pressing(k)).collect();
         let most = pressing.iter().copied().fold(0.0, f64::max);
         for joint in &mut self.joints {
             joint.force = 0.0;
@@ -303,7 +324,7 @@ impl Instant {
         if most <= 0.0 || moment.left <= 0.0 {
             return;
         }
-        let resting: Vec<usize> =
+        let resting: Few<usize> =
             (0..self.joints.len()).filter(|&k| -2.0 * self.approach(k) <= HOP * most * moment.dt).collect();
         self.find_forces(&resting);
         for &k in &resting {
@@ -323,7 +344,7 @@ impl Instant {
     /// The end of what held contacts closed for a time [s], with forces [N] along normals at its begin, one for each
     /// contact: the mean of both ends counts, as for the fields; then the second half of friction.
     pub fn end(&mut self, moment: &Moment<'_>, time: f64, holds: &[(f64, Vector3<f64>)], booked: &mut Booked) {
-        let held: Vec<usize> = (0..self.joints.len()).filter(|&k| self.joints[k].held).collect();
+        let held: Few<usize> = (0..self.joints.len()).filter(|&k| self.joints[k].held).collect();
         self.find_forces(&held);
         for &k in &held {
             let (force, normal) = holds[k];
@@ -335,7 +356,7 @@ impl Instant {
 
     /// Forces that take the approach acceleration of these contacts to zero, or above where they need not push.
     fn find_forces(&mut self, members: &[usize]) {
-        let pressing: Vec<f64> = members.iter().map(|&k| self.pressing(k)).collect();
+        let pressing: Few<f64> = members.iter().map(|&k| self.pressing(k)).collect();
         self.push(members, |row| pressing[row]);
         for &k in members {
             self.joints[k].force = self.joints[k].impulse;
@@ -347,7 +368,7 @@ impl Instant {
         if moment.law.friction.is_none() {
             return;
         }
-        let held: Vec<usize> = (0..self.joints.len()).filter(|&k| self.joints[k].force > 0.0).collect();
+        let held: Few<usize> = (0..self.joints.len()).filter(|&k| self.joints[k].force > 0.0).collect();
         for &k in &held {
             self.joints[k].impulse = self.joints[k].force * time;
         }
@@ -466,8 +487,8 @@ impl Instant {
     }
 
     /// Friction (33) at the impulses of these contacts; says which slip.
-    fn rub(&mut self, members: &[usize], moment: &Moment<'_>, booked: &mut Booked) -> Vec<bool> {
-        let mut slips = vec![false; members.len()];
+    fn rub(&mut self, members: &[usize], moment: &Moment<'_>, booked: &mut Booked) -> Few<bool> {
+        let mut slips: Few<bool> = smallvec![false; members.len()];
         for &k in members {
             self.joints[k].tangential = Vector3::zeros();
         }

@@ -3,19 +3,24 @@
 use crate::contact::Touch;
 use crate::contact::search::{TOUCHING, visit_close};
 use crate::impact::Partner;
-use super::paths::Launch;
+use super::paths::{Launch, image};
+use crate::simd::{Task, vectorized};
 use nalgebra::Vector3;
 
 /// End of a chain.
 const END: u32 = u32::MAX;
+/// Particles looked at together.
+const GROUP: usize = 16;
 /// Reach over the step of a slow particle, in root mean square speeds [-]: impacts may speed it up.
-const RESERVE: f64 = 1.5;
+const RESERVE: f64 = 2.0;
 
 /// Candidates of a step. Each particle has a chain of those it takes part in.
 #[derive(Clone, Debug, Default)]
 pub struct Candidates {
     /// Who may touch whom.
     pub touches: Vec<Touch>,
+    /// What takes each separation at the step's start to its minimum image [m].
+    pub shifts: Vec<Vector3<f64>>,
     /// How far each particle may get from where it starts, length n [m].
     pub reach: Vec<f64>,
     head: Vec<u32>,
@@ -29,6 +34,7 @@ impl Candidates {
     pub fn find(&mut self, launch: &Launch<'_>) {
         let n = launch.particles.len();
         self.touches.clear();
+        self.shifts.clear();
         self.next.clear();
         self.head.clear();
         self.head.resize(n, END);
@@ -47,7 +53,7 @@ impl Candidates {
             }
         }
         for k in 0..self.touches.len() {
-            self.link(k);
+            self.link(launch, k);
         }
     }
 
@@ -63,8 +69,9 @@ impl Candidates {
         }));
     }
 
-    fn link(&mut self, k: usize) {
+    fn link(&mut self, launch: &Launch<'_>, k: usize) {
         let touch = self.touches[k];
+        self.shifts.push(touch.j().map_or(Vector3::zeros(), |j| image(launch, touch.i, j)));
         let first = std::mem::replace(&mut self.head[touch.i], k as u32);
         let second = touch.j().map_or(END, |j| std::mem::replace(&mut self.head[j], k as u32));
         self.next.push([first, second]);
@@ -92,12 +99,8 @@ impl Candidates {
         self.reach[i] = reach;
         let known = self.touches.len();
         let (r, radius) = (launch.position.get(i), &launch.particles.radius);
-        let close = |j: usize| {
-            let d: Vector3<f64> = launch.domain.periodic.separation(launch.position, i, j);
-            d.norm() <= radius[i] + radius[j] + reach + self.reach[j]
-        };
-        let others: Vec<usize> =
-            (0..launch.particles.len()).filter(|&j| j != i && close(j) && !self.holds(i, j)).collect();
+        let near = vectorized(Near { launch, i, reach: radius[i] + reach, reaches: &self.reach });
+        let others: Vec<usize> = near.into_iter().filter(|&j| j != i && !self.holds(i, j)).collect();
         for j in others {
             self.touches.push(Touch { i: i.min(j), partner: Partner::Particle(i.max(j) as u32) });
         }
@@ -108,7 +111,7 @@ impl Candidates {
             }
         }
         for k in known..self.touches.len() {
-            self.link(k);
+            self.link(launch, k);
         }
         self.touches.len() > known
     }
@@ -121,5 +124,44 @@ impl Candidates {
     fn holds(&self, i: usize, j: usize) -> bool {
         let touch = Touch { i: i.min(j), partner: Partner::Particle(i.max(j) as u32) };
         self.chain(i).any(|k| self.touches[k] == touch)
+    }
+}
+
+/// Particles whose own reach meets that of particle i.
+struct Near<'a> {
+    launch: &'a Launch<'a>,
+    i: usize,
+    reach: f64,
+    reaches: &'a [f64],
+}
+
+impl Task for Near<'_> {
+    type Output = Vec<usize>;
+
+    #[inline(always)]
+    fn run(self) -> Vec<usize> {
+        let [x, y, z] = self.launch.position.axes();
+        let (radius, periodic, i) = (&self.launch.particles.radius, &self.launch.domain.periodic, self.i);
+        let close = |j: usize| {
+            let d = [x[j] - x[i], y[j] - y[i], z[j] - z[i]];
+            let [a, b, c]: [f64; 3] = std::array::from_fn(|axis| periodic.minimum_image(axis, d[axis]));
+            let reach = self.reach + radius[j] + self.reaches[j];
+            a * a + b * b + c * c <= reach * reach
+        };
+        let n = radius.len();
+        let mut found = Vec::new();
+        let mut from = 0;
+        while from < n {
+            let to = n.min(from + GROUP);
+            let mut any = false;
+            for j in from..to {
+                any |= close(j);
+            }
+            if any {
+                found.extend((from..to).filter(|&j| close(j)));
+            }
+            from = to;
+        }
+        found
     }
 }

@@ -132,7 +132,7 @@ impl Impacts {
     /// Contacts that touch when the step begins, then predictions for all others.
     fn begin(&mut self, step: &mut Step<'_, '_>) {
         let touching: Vec<usize> =
-            (0..self.candidates.touches.len()).filter(|&k| step.touches(self.candidates.touches[k], 0.0)).collect();
+            (0..self.candidates.touches.len()).filter(|&k| step.touches(&self.candidates, k, 0.0)).collect();
         for &k in &touching {
             // A stamp tells that it was solved together with an earlier one.
             if self.stamps[k] == 0 {
@@ -154,7 +154,7 @@ impl Impacts {
         if ignored(touch.i) || touch.j().is_some_and(ignored) {
             return;
         }
-        if let Some(tau) = step.paths.closing(step.launch, touch, from, step.touching_gap(touch)) {
+        if let Some(tau) = step.paths.closing(step.launch, touch, &self.candidates.shifts[k], from, step.touching_gap(touch)) {
             let partner = match touch.partner {
                 Partner::Particle(j) => u64::from(j),
                 Partner::Wall(w) => (1 << 32) + u64::from(w),
@@ -198,7 +198,7 @@ impl Impacts {
             while let Some(k) = next {
                 next = self.candidates.after(i, k);
                 let held = self.holds[k].force > 0.0;
-                if !self.joined[k] && (held || step.touches(self.candidates.touches[k], tau)) {
+                if !self.joined[k] && (held || step.touches(&self.candidates, k, tau)) {
                     self.join(step, tau, k);
                 }
             }
@@ -210,7 +210,7 @@ impl Impacts {
         self.members.sort_unstable_by_key(|&k| key(k));
         for m in 0..self.members.len() {
             let k = self.members[m];
-            let mut joint = step.joint(self.candidates.touches[k], &self.rows, tau);
+            let mut joint = step.joint(&self.candidates, k, &self.rows, tau);
             joint.held = self.holds[k].force > 0.0;
             self.instant.joints.push(joint);
         }
@@ -323,12 +323,8 @@ impl Impacts {
     /// Held contacts drift by the third power of the step; the least move (by mass) that closes them again.
     fn close(&mut self, step: &Step<'_, '_>) {
         let dt = step.launch.dt;
-        let gaps: Vec<f64> = self
-            .instant
-            .joints
-            .iter()
-            .map(|joint| if joint.held { step.gap(joint.touch, dt) } else { f64::NAN })
-            .collect();
+        let gap = |(joint, &k): (&Joint, &usize)| if joint.held { step.gap(&self.candidates, k, dt) } else { f64::NAN };
+        let gaps: Vec<f64> = self.instant.joints.iter().zip(&self.members).map(gap).collect();
         for (body, shift) in self.instant.close(&gaps) {
             self.drift.push((self.instant.bodies[body].particle, shift));
         }
@@ -362,19 +358,19 @@ impl<'a> Step<'a, '_> {
         2.0 * TOUCHING * touch.smaller_radius(self.launch.particles)
     }
 
-    fn gap(&self, touch: Touch, tau: f64) -> f64 {
-        let radius = &self.launch.particles.radius;
+    fn gap(&self, candidates: &Candidates, k: usize, tau: f64) -> f64 {
+        let (touch, radius) = (candidates.touches[k], &self.launch.particles.radius);
         let sum = radius[touch.i] + touch.j().map_or(0.0, |j| radius[j]);
         match touch.partner {
-            Partner::Particle(_) => self.paths.separation(self.launch, touch, tau).norm() - sum,
+            Partner::Particle(_) => self.paths.separation(self.launch, touch, &candidates.shifts[k], tau).norm() - sum,
             Partner::Wall(w) => {
                 self.launch.domain.walls[w as usize].distance(&self.paths.piece(self.launch, touch.i).position(tau)) - sum
             }
         }
     }
 
-    fn touches(&self, touch: Touch, tau: f64) -> bool {
-        self.gap(touch, tau) <= self.touching_gap(touch)
+    fn touches(&self, candidates: &Candidates, k: usize, tau: f64) -> bool {
+        self.gap(candidates, k, tau) <= self.touching_gap(candidates.touches[k])
     }
 
     fn body(&self, i: usize, tau: f64, warmed: Option<&(usize, f64, f64)>) -> Body {
@@ -399,9 +395,9 @@ impl<'a> Step<'a, '_> {
         }
     }
 
-    fn joint(&self, touch: Touch, rows: &[u32], tau: f64) -> Joint {
-        let particles = self.launch.particles;
-        let d = self.paths.separation(self.launch, touch, tau);
+    fn joint(&self, candidates: &Candidates, k: usize, rows: &[u32], tau: f64) -> Joint {
+        let (particles, touch) = (self.launch.particles, candidates.touches[k]);
+        let d = self.paths.separation(self.launch, touch, &candidates.shifts[k], tau);
         let at = self.paths.piece(self.launch, touch.i).position(tau);
         let (normal, distance) = match touch.partner {
             Partner::Particle(_) => {

@@ -65,6 +65,7 @@ pub struct Piece {
 impl Piece {
     /// r(tau) [m].
     #[must_use]
+    #[inline]
     pub fn position(&self, tau: f64) -> Vector3<f64> {
         let t = tau - self.since;
         self.r + (self.v + self.a * (0.5 * t)) * t
@@ -118,6 +119,7 @@ impl Paths {
 
     /// Where particle i is going now.
     #[must_use]
+    #[inline]
     pub fn piece(&self, launch: &Launch<'_>, i: usize) -> Piece {
         match self.row[i] {
             NONE => Piece {
@@ -170,14 +172,18 @@ impl Paths {
         pieces.into_iter().zip(ends).collect()
     }
 
-    /// Vector from i to its partner's centre, or to the nearest point of a wall, at tau [m].
+    fn straight(&self, launch: &Launch<'_>, i: &Piece, j: &Piece) -> bool {
+        launch.acceleration.is_empty() && i.a == Vector3::zeros() && j.a == Vector3::zeros()
+    }
+
+    /// Vector from i to its partner's centre, or to the nearest point of a wall, at tau [m]; `shift` takes the separation to
+    /// its minimum image.
     #[must_use]
-    pub fn separation(&self, launch: &Launch<'_>, touch: Touch, tau: f64) -> Vector3<f64> {
+    pub fn separation(&self, launch: &Launch<'_>, touch: Touch, shift: &Vector3<f64>, tau: f64) -> Vector3<f64> {
         let i = self.piece(launch, touch.i).position(tau);
         match touch.partner {
             Partner::Particle(j) => {
-                let j = j as usize;
-                image(launch, touch.i, j) + self.piece(launch, j).position(tau) - i
+                shift + self.piece(launch, j as usize).position(tau) - i
             }
             Partner::Wall(w) => {
                 let wall = &launch.domain.walls[w as usize];
@@ -190,7 +196,14 @@ impl Paths {
     ///
     /// A gap that is open by no more than `touching` [m] counts as closed and at rest: whoever calls has solved it.
     #[must_use]
-    pub fn closing(&self, launch: &Launch<'_>, touch: Touch, from: f64, touching: f64) -> Option<f64> {
+    pub fn closing(
+        &self,
+        launch: &Launch<'_>,
+        touch: Touch,
+        shift: &Vector3<f64>,
+        from: f64,
+        touching: f64,
+    ) -> Option<f64> {
         let h = launch.dt - from;
         let i = self.piece(launch, touch.i);
         let (r, v) = (i.position(from), i.velocity(from));
@@ -198,20 +211,19 @@ impl Paths {
             Partner::Particle(number) => {
                 let number = number as usize;
                 let j = self.piece(launch, number);
-                let d = (j.position(from) - r) + image(launch, touch.i, number);
+                let d = (j.position(from) - r) + shift;
                 let w = j.velocity(from) - v;
                 let a = j.a - i.a;
                 let sum = launch.particles.radius[touch.i] + launch.particles.radius[number];
+                if self.straight(launch, &i, &j) {
+                    return meeting(&d, &w, sum, touching).filter(|&tau| tau <= h).map(|tau| from + tau);
+                }
                 let open = d.norm_squared() - sum * sum;
                 let mut c = [open, 2.0 * d.dot(&w), w.norm_squared() + d.dot(&a), w.dot(&a), 0.25 * a.norm_squared()];
                 if open <= 2.0 * touching * sum {
                     at_rest(&mut c);
                 }
-                if launch.acceleration.is_empty() && a == Vector3::zeros() {
-                    first_closing(&[c[0], c[1], c[2]], h)
-                } else {
-                    first_closing(&c, h)
-                }
+                first_closing(&c, h)
             }
             Partner::Wall(w) => {
                 let wall = &launch.domain.walls[w as usize];
@@ -225,6 +237,24 @@ impl Paths {
         }?;
         Some(from + tau)
     }
+}
+
+/// When two on straight flights, d apart with relative velocity w, come to a distance.
+fn meeting(d: &Vector3<f64>, w: &Vector3<f64>, distance: f64, touching: f64) -> Option<f64> {
+    let approach = -d.dot(w);
+    let square = w.norm_squared();
+    if approach <= 0.0 {
+        return None;
+    }
+    let open = d.norm_squared() - distance * distance;
+    if open <= 2.0 * touching * distance {
+        // Touching, and solved: not approaching.
+        return None;
+    }
+    // The distance at which they would pass each other tells more precisely than a discriminant whether they meet.
+    let passing = d + w * (approach / square);
+    let chord = distance * distance - passing.norm_squared();
+    (chord > 0.0).then(|| open / (approach + (square * chord).sqrt()))
 }
 
 /// A touching pair has been solved: it is neither inside its partner nor approaching.
