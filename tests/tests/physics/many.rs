@@ -226,8 +226,7 @@ fn the_free_cooling_gas_cools_by_haffs_law() {
         let tau = 6.0 / ((1.0 - e * e) * omega);
         let expected = t0 / (1.0 + report.time / tau).powi(2);
         // Enskog's rate holds for a Maxwellian gas of infinitely many spheres. Impacts scatter by 1/sqrt(20 000), the
-        // uniform velocities of the start become Maxwellian within the first impacts, and seeing impacts a step late
-        // (5e-3 of 1.6 between them) shifts the rate by less than a per cent.
+        // uniform velocities of the start become Maxwellian within the first impacts.
         assert!((temperature / expected - 1.0).abs() <= 0.05, "{} s: {temperature}, Haff {expected}", report.time);
         seen += 1;
     });

@@ -370,7 +370,16 @@ impl<'a> Step<'a, '_> {
     }
 
     fn touches(&self, candidates: &Candidates, k: usize, tau: f64) -> bool {
-        self.gap(candidates, k, tau) <= self.touching_gap(candidates.touches[k])
+        let (touch, radius) = (candidates.touches[k], &self.launch.particles.radius);
+        let gap = self.touching_gap(touch);
+        match touch.j() {
+            None => self.gap(candidates, k, tau) <= gap,
+            Some(j) => {
+                let reach = radius[touch.i] + radius[j] + gap;
+                let d = self.paths.separation(self.launch, touch, &candidates.shifts[k], tau);
+                d.norm_squared() <= reach * reach
+            }
+        }
     }
 
     fn body(&self, i: usize, tau: f64, warmed: Option<&(usize, f64, f64)>) -> Body {
