@@ -1,6 +1,5 @@
 //! Where a cloud is seen from, and the nearest place from which all of it is.
 
-use agglo_core::state::Columns;
 use nalgebra::Vector3;
 
 use crate::error::RenderError;
@@ -71,7 +70,13 @@ impl Camera {
     }
 
     /// A camera at a given place, which at zoom 1 shows as wide an angle as a fitted one.
-    pub fn placed(eye: [f64; 3], target: [f64; 3], zoom: f64, perspective: bool, size: [usize; 2]) -> Result<Self, RenderError> {
+    pub fn placed(
+        eye: [f64; 3],
+        target: [f64; 3],
+        zoom: f64,
+        perspective: bool,
+        size: [usize; 2],
+    ) -> Result<Self, RenderError> {
         let scale = zoom * 0.5 * size[0].min(size[1]) as f64 / HALF_VIEW;
         let (eye, target) = (Vector3::from(eye), Vector3::from(target));
         let axes = axes(View::Placed { eye: eye.into(), target: target.into() })?;
@@ -156,13 +161,10 @@ impl Extent {
     }
 }
 
-/// The centre of mass of some particles [m].
-pub fn centre_of_mass(mass: &[f64], position: &Columns, members: impl Iterator<Item = usize>) -> Vector3<f64> {
-    let (mut total, mut sum) = (0.0, Vector3::zeros());
-    for i in members {
-        total += mass[i];
-        sum += position.get(i) * mass[i];
-    }
+/// The centre of mass of particles of these masses [kg] and places [m].
+pub fn centre_of_mass(particles: impl Iterator<Item = (f64, Vector3<f64>)>) -> Vector3<f64> {
+    let (total, sum) =
+        particles.fold((0.0, Vector3::zeros()), |(total, sum), (mass, place)| (total + mass, sum + place * mass));
     if total > 0.0 { sum / total } else { Vector3::zeros() }
 }
 
@@ -230,7 +232,7 @@ mod tests {
 
     #[test]
     fn masses_weigh() {
-        let position = Columns { x: vec![0.0, 3.0], y: vec![0.0; 2], z: vec![1.0; 2] };
-        assert_eq!(centre_of_mass(&[1.0, 2.0], &position, 0..2), Vector3::new(2.0, 0.0, 1.0));
+        let particles = [(1.0, Vector3::new(0.0, 0.0, 1.0)), (2.0, Vector3::new(3.0, 0.0, 1.0))];
+        assert_eq!(centre_of_mass(particles.into_iter()), Vector3::new(2.0, 0.0, 1.0));
     }
 }

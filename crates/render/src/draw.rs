@@ -2,41 +2,28 @@
 
 use std::io::{Read, Seek, Write};
 
-use agglo_core::scene::Scene;
+use agglo_core::scene::{Domain, Scene};
 use agglo_core::state::Particles;
-use agglo_record::channels::Topic;
-use agglo_record::palette::Shown;
-use agglo_replay::{Damage, Frame, Log, LogError, Message};
-use nalgebra::Vector3;
+use agglo_record::palette::Shown as Usual;
+use agglo_replay::{Damage, Frame, Log, LogError};
 
-use crate::camera::{Camera, axes};
-use crate::canvas::{Canvas, Rgb};
-use crate::clusters::{ClusterColors, groups};
-use crate::colors::{PLAIN, SINGLE, Scale};
-use crate::domain;
-use crate::encode::{self, Animation, Apng, Gif};
+use crate::artist::{Artist, BAR_STEPS};
+use crate::book::Book;
+use crate::camera::axes;
+use crate::canvas::Canvas;
+use crate::clusters::groups;
+use crate::domain::{self, Segment};
 use crate::error::RenderError;
-use crate::legend;
-use crate::moments::{Moments, Passed};
-use crate::occlusion::{Occlusion, Sphere};
+use crate::legend::{self, Bar};
+use crate::moments::{self, Moments, Passed};
 use crate::options::{ClusterChoice, Format, Options, Quantity, View, When};
 use crate::quantity::Clock;
-use crate::shading::light;
 use crate::sheet::{self, Corners, Layout, Theme};
-use crate::spheres::{Ball, Line, Stage, paint};
-use crate::survey::{Subject, Survey, is_finite, suggested, value};
+use crate::survey::{Subject, Survey, suggested};
 use crate::text::Text;
 
 /// Pictures of an animation where nothing is said about its moments.
-const MOMENTS: f64 = 100.0;
-/// Pictures that the colours of a GIF are chosen from.
-const SAMPLED: usize = 5;
-
-/// Share of the ground's colour that the farthest part of a large cloud takes on [-].
-const HAZE: f32 = 0.14;
-
-/// Steps of the colour bar that a picture of few colours keeps.
-const BAR_STEPS: u32 = 33;
+const MOMENTS: u32 = 100;
 
 /// What was drawn.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -66,39 +53,40 @@ pub fn draw<R: Read + Seek, W: Write>(
     watch: &mut dyn FnMut(usize, usize) -> bool,
 ) -> Result<Drawn, RenderError> {
     check(options)?;
-    let particles = log.particles()?;
-    let moments = Moments::new(&wishes(log, options)?);
-    let (first, last, count) = ends(log, &moments, &particles)?;
-    let quantity = quantity(options, &particles, &last)?;
+    let mut particles = log.particles()?;
+    let mut moments = Moments::new(log, &wishes(options))?;
+    let shown = match ends(log, &moments, &particles) {
+        Err(RenderError::Log(LogError::Damaged(_))) => {
+            moments.read_all();
+            ends(log, &moments, &particles)?
+        }
+        other => other?,
+    };
+    let quantity = quantity(options, &particles, &shown.last)?;
     let (scene, scene_lost) = scene(log)?;
-    let subject = subject(options, &last, scene.as_ref())?;
-    let cells = if options.format == Format::Png { count } else { 1 };
+    let subject = subject(options, &shown.last, scene.as_ref())?;
+    let cells = if options.format == Format::Png { shown.count } else { 1 };
     let layout = Layout::new(options, cells, options.legend && legend::has(quantity))?;
     let Some(cell) = layout.cells.first().copied() else {
         return Err(RenderError::asked("there is no moment to draw", "choose one with --at"));
     };
-    let size = [cell.width, cell.height];
+    let suggested = match (&scene, quantity) {
+        (Some(scene), Quantity::Temperature) => {
+            suggested(scene, &particles, &moments::first(log)?.unwrap_or(shown.first))
+        }
+        _ => None,
+    };
+    particles.radius.iter_mut().for_each(|radius| *radius *= options.magnified);
 
+    let size = [cell.width, cell.height];
     let mut survey = Survey::new(&particles, &subject, quantity, (axes(options.view)?, size));
     let passed = moments.each(log, &particles, |frame, _| {
         survey.add(frame);
         Ok(())
     })?;
-    let suggested = match (&scene, quantity) {
-        (Some(scene), Quantity::Temperature) => suggested(scene, &particles, &beginning(log)?.unwrap_or(first)),
-        _ => None,
-    };
-    let segments = scene.as_ref().and_then(|scene| scene.domain.as_ref()).map_or_else(Vec::new, |domain| {
-        let [low, high] = survey.corners();
-        domain::segments(domain, low, high)
-    });
-    if subject.members.is_none() && scene.as_ref().is_some_and(|scene| has_box(scene)) {
-        // The twelve edges come first.
-        segments.iter().take(12).flatten().for_each(|&end| survey.add_point(end));
-    }
+    let segments = domain_lines(scene.as_ref(), &subject, &mut survey);
     let (camera, depths) = survey.camera(options, size)?;
     let (scale, beyond) = survey.scale(options, suggested);
-    let (lost, clock) = (survey.lost, Clock::new(&survey.times));
     let artist = Artist {
         particles: &particles,
         subject: &subject,
@@ -107,41 +95,56 @@ pub fn draw<R: Read + Seek, W: Write>(
         camera,
         depths,
         segments,
-        clock,
+        clock: Clock::new(&survey.times),
         theme: Theme::new(options.dark),
         text: Text::new(),
         em: layout.em,
         size,
     };
+    let few = options.format == Format::Gif || options.indexed;
+    let page = page(&artist, &layout, &title(log, options, &subject), (beyond, few));
+    let (count, indexed) = (shown.count, options.indexed);
+    Book { moments: &moments, layout: &layout, artist: &artist, page, count, indexed, watch }
+        .write(log, options, out)?;
+    let Passed { ends_before, mut damage } = passed;
+    damage.extend(scene_lost.filter(|lost| !damage.contains(lost)));
+    Ok(Drawn { moments: shown.count, ends_before, followed: subject.follows, lost: survey.lost, damage })
+}
 
+/// The page without its pictures: title and legend. `few`: in few colours.
+fn page(artist: &Artist<'_>, layout: &Layout, title: &str, (beyond, few): ([bool; 2], bool)) -> Canvas {
     let mut page = Canvas::new(layout.size[0], layout.size[1], artist.theme.page);
-    sheet::title(&mut page, &layout, &artist.text, &artist.theme, &title(log, options, &subject));
+    sheet::title(&mut page, layout, &artist.text, &artist.theme, title);
     if let Some(strip) = layout.legend {
         let pen = (&artist.text, &artist.theme);
         match &artist.scale {
-            Some(scale) => legend::bar(&mut page, strip, layout.em, pen, (scale, beyond)),
+            Some(scale) => {
+                let bar = Bar { scale, beyond, steps: few.then_some(BAR_STEPS) };
+                legend::bar(&mut page, strip, layout.em, pen, bar);
+            }
             None => legend::clusters(&mut page, strip, layout.em, pen),
         }
         if let Some(corners) = Corners::of_legend(strip, layout.em).filter(|_| layout.cells.len() > 1) {
             artist.measures(&mut page, &corners);
         }
     }
-    let mut book = Book { moments: &moments, layout: &layout, artist: &artist, page, count, indexed: options.indexed, watch };
-    match options.format {
-        Format::Png => book.sheet(log, out)?,
-        Format::Apng => {
-            let apng = Apng::new(out, &book.page, count as u32, options.frames_per_second)?;
-            book.animate(log, Box::new(apng))?;
+    page
+}
+
+/// Lines of box and walls. A camera that is fitted to all takes in the box; a cluster is drawn as a whole, across the
+/// faces of a periodic box, which then has no place.
+fn domain_lines(scene: Option<&Scene>, subject: &Subject, survey: &mut Survey<'_>) -> Vec<Segment> {
+    let Some(domain) = scene.and_then(|scene| scene.domain.as_ref()) else { return Vec::new() };
+    let [low, high] = survey.corners();
+    match (has_box(domain), subject.members.is_some()) {
+        (true, true) => Vec::new(),
+        (true, false) => {
+            let edges = domain::outline(domain, low, high);
+            edges.iter().flatten().for_each(|&end| survey.add_point(end));
+            edges.into_iter().chain(domain::walls(domain, low, high)).collect()
         }
-        Format::Gif => {
-            let samples = book.samples(log)?;
-            let gif = Gif::new(out, &samples, &artist.exact(), options.frames_per_second)?;
-            book.animate(log, Box::new(gif))?;
-        }
+        (false, _) => domain::walls(domain, low, high),
     }
-    let Passed { ends_before, mut damage } = passed;
-    damage.extend(scene_lost.filter(|lost| !damage.contains(lost)));
-    Ok(Drawn { moments: count, ends_before, followed: subject.follows, lost, damage })
 }
 
 /// What can be wrong with options by themselves.
@@ -149,6 +152,10 @@ fn check(options: &Options) -> Result<(), RenderError> {
     let wrong = |text: String, hint: &str| Err(RenderError::asked(text, hint));
     if !(options.zoom > 0.0 && options.zoom.is_finite()) {
         return wrong(format!("a zoom of {} shows nothing", options.zoom), "give a number above 0; 1 fits all");
+    }
+    if !(options.magnified > 0.0 && options.magnified.is_finite()) {
+        let text = format!("spheres {} times as large as they are cannot be drawn", options.magnified);
+        return wrong(text, "give a number above 0; 1 draws them as they are");
     }
     let per_second = options.frames_per_second;
     if !(0.01..=100.0).contains(&per_second) {
@@ -163,38 +170,21 @@ fn check(options: &Options) -> Result<(), RenderError> {
 }
 
 /// The moments asked for; where nothing is, a hundred for an animation, and the last for a picture.
-fn wishes<R: Read + Seek>(log: &mut Log<R>, options: &Options) -> Result<Vec<When>, RenderError> {
-    if options.format == Format::Png || !options.at.is_empty() {
-        return Ok(options.at.clone());
+fn wishes(options: &Options) -> Vec<When> {
+    match options.format {
+        Format::Apng | Format::Gif if options.at.is_empty() => vec![When::Frames(MOMENTS)],
+        _ => options.at.clone(),
     }
-    let start = beginning(log)?.map_or(0.0, |frame| frame.t);
-    let end = log.last_frame()?.t;
-    let spacing = (end - start) / MOMENTS;
-    Ok(if spacing > 0.0 { vec![When::Every(spacing), When::End] } else { vec![When::End] })
 }
 
-/// The first state that is whole.
-fn beginning<R: Read + Seek>(log: &mut Log<R>) -> Result<Option<Frame>, RenderError> {
-    for entry in log.messages().only(&[Topic::Particles]) {
-        match entry {
-            Ok(entry) => {
-                if let Message::Particles(frame) = entry.message {
-                    return Ok(Some(frame));
-                }
-            }
-            Err(LogError::Damaged(_)) => {}
-            Err(other) => return Err(other.into()),
-        }
-    }
-    Ok(None)
+/// Which moments there are.
+struct Shown {
+    first: Frame,
+    last: Frame,
+    count: usize,
 }
 
-/// The first and the last moment, and how many there are.
-fn ends<R: Read + Seek>(
-    log: &mut Log<R>,
-    moments: &Moments,
-    particles: &Particles,
-) -> Result<(Frame, Frame, usize), RenderError> {
+fn ends<R: Read + Seek>(log: &mut Log<R>, moments: &Moments, particles: &Particles) -> Result<Shown, RenderError> {
     let (mut first, mut last, mut count) = (None, None, 0);
     moments.each(log, particles, |frame, _| {
         first.get_or_insert_with(|| frame.clone());
@@ -203,7 +193,7 @@ fn ends<R: Read + Seek>(
         Ok(())
     })?;
     match (first, last) {
-        (Some(first), Some(last)) => Ok((first, last, count)),
+        (Some(first), Some(last)) => Ok(Shown { first, last, count }),
         _ => Err(RenderError::asked("none of the moments asked for is in the log", "`agglo info` says what is in it")),
     }
 }
@@ -217,17 +207,16 @@ fn scene<R: Read + Seek>(log: &mut Log<R>) -> Result<(Option<Scene>, Option<Dama
     }
 }
 
-fn has_box(scene: &Scene) -> bool {
-    let periodic = scene.domain.as_ref().and_then(|domain| domain.periodic);
-    periodic.is_some_and(|lengths| lengths.iter().any(Option::is_some))
+fn has_box(domain: &Domain) -> bool {
+    domain.periodic.is_some_and(|lengths| lengths.iter().any(Option::is_some))
 }
 
 /// What colours stand for: what is asked for, where the log has it, or the usual.
 fn quantity(options: &Options, particles: &Particles, frame: &Frame) -> Result<Quantity, RenderError> {
-    let usual = match Shown::usual(frame.temperature.is_some(), particles.charge.is_some()) {
-        Shown::Temperature => Quantity::Temperature,
-        Shown::Charge => Quantity::Charge,
-        Shown::Speed => Quantity::Speed,
+    let usual = match Usual::usual(frame.temperature.is_some(), particles.charge.is_some()) {
+        Usual::Temperature => Quantity::Temperature,
+        Usual::Charge => Quantity::Charge,
+        Usual::Speed => Quantity::Speed,
     };
     let Some(asked) = options.color else { return Ok(usual) };
     let missing = match asked {
@@ -250,7 +239,8 @@ fn subject(options: &Options, last: &Frame, scene: Option<&Scene>) -> Result<Sub
     // In free space only motion relative to each other means anything; a box and walls stand still.
     let free = scene.is_none_or(|scene| scene.domain.is_none());
     let members = options.cluster.map(|choice| members(choice, last)).transpose()?;
-    Ok(Subject { follows: fitted && !options.still && (free || members.is_some()), members })
+    let periodic = scene.and_then(|scene| scene.domain.as_ref()?.periodic).filter(|_| members.is_some());
+    Ok(Subject { follows: fitted && !options.still && (free || members.is_some()), members, periodic })
 }
 
 /// The particles of a cluster.
@@ -274,183 +264,16 @@ fn members(choice: ClusterChoice, frame: &Frame) -> Result<Vec<usize>, RenderErr
     })
 }
 
-fn title<R>(log: &Log<R>, options: &Options, subject: &Subject) -> String
-where
-    R: Read + Seek,
-{
-    let name = &log.run().scene_name;
-    match &subject.members {
-        Some(members) if options.cluster == Some(ClusterChoice::Largest) => {
-            format!("{name}: the largest cluster, {} particles", members.len())
-        }
-        Some(members) => format!("{name}: a cluster of {} particles", members.len()),
-        None => name.clone(),
+fn title<R: Read + Seek>(log: &Log<R>, options: &Options, subject: &Subject) -> String {
+    let mut title = log.run().scene_name.clone();
+    if let Some(members) = &subject.members {
+        let which =
+            if options.cluster == Some(ClusterChoice::Largest) { "the largest cluster," } else { "a cluster of" };
+        let of = if title.is_empty() { "" } else { ": " };
+        title = format!("{title}{of}{which} {} particles", members.len());
     }
-}
-
-/// Draws single moments.
-struct Artist<'a> {
-    particles: &'a Particles,
-    subject: &'a Subject,
-    quantity: Quantity,
-    scale: Option<Scale>,
-    camera: Camera,
-    depths: [f64; 2],
-    segments: Vec<domain::Segment>,
-    clock: Clock,
-    theme: Theme,
-    text: Text,
-    em: f32,
-    size: [usize; 2],
-}
-
-impl Artist<'_> {
-    /// A moment; one that is alone has axes and a length in its corners.
-    fn moment(&self, frame: &Frame, colors: &mut ClusterColors, alone: bool) -> Canvas {
-        let anchor = self.subject.anchor(self.particles, frame);
-        let camera = Camera { eye: self.camera.eye + anchor, ..self.camera };
-        let balls = self.balls(frame, &camera, colors);
-        let spheres: Vec<Sphere> = balls.iter().filter(|ball| !ball.faded).map(|ball| ball.sphere).collect();
-        let lines = self.lines(&camera);
-        let stage = Stage {
-            camera: &camera,
-            balls: &balls,
-            lines: &lines,
-            occlusion: &Occlusion::new(&spheres),
-            ground: light(self.theme.ground),
-            depths: self.depths,
-            haze: self.haze(),
-        };
-        let mut canvas = Canvas::new(self.size[0], self.size[1], self.theme.ground);
-        paint(&stage, &mut canvas);
-        let em = self.em;
-        sheet::time(&mut canvas, em, &self.text, &self.theme, &self.clock.text(frame.t));
-        if let Some(corners) = Corners::of_picture(self.size, em).filter(|_| alone) {
-            self.measures(&mut canvas, &corners);
-        }
-        canvas
+    if options.magnified != 1.0 {
+        title = format!("{title} (radii × {})", options.magnified);
     }
-
-    /// Colours that a picture of few colours keeps as they are: those of the page, and steps of the colour bar.
-    fn exact(&self) -> Vec<Rgb> {
-        let bar = self.scale.iter().flat_map(|scale| (0..BAR_STEPS).map(|k| scale.at(f64::from(k) / f64::from(BAR_STEPS - 1))));
-        self.theme.exact().into_iter().chain(bar).collect()
-    }
-
-    /// Haze sets what is behind apart from what is in front, not the parts of one sphere.
-    fn haze(&self) -> f32 {
-        let radii = self.particles.radius.iter().copied().filter(|radius| radius.is_finite());
-        let (largest, deep) = (2.0 * radii.fold(0.0, f64::max), self.depths[1] - self.depths[0]);
-        if deep > largest { HAZE * (1.0 - largest / deep) as f32 } else { 0.0 }
-    }
-
-    /// Axes and a length.
-    fn measures(&self, canvas: &mut Canvas, corners: &Corners) {
-        let (pen, middle) = ((&self.text, &self.theme), 0.5 * (self.depths[0] + self.depths[1]));
-        sheet::triad(canvas, corners, pen, &self.camera);
-        sheet::ruler(canvas, corners, pen, (&self.camera, middle, self.size[0]));
-    }
-
-    fn balls(&self, frame: &Frame, camera: &Camera, colors: &mut ClusterColors) -> Vec<Ball> {
-        let particles = self.particles;
-        let by_cluster = match (&frame.cluster, self.quantity) {
-            (Some(numbers), Quantity::Cluster) => Some(colors.next(numbers)),
-            _ => None,
-        };
-        let color = |i: usize| -> Rgb {
-            match (&by_cluster, &self.scale) {
-                (Some(colors), _) => colors.get(i).copied().unwrap_or(SINGLE),
-                (None, Some(scale)) => scale.color(value(self.quantity, particles, frame, i).unwrap_or(f64::NAN)),
-                (None, None) => PLAIN,
-            }
-        };
-        let members = self.subject.members.as_ref();
-        let mut balls: Vec<Ball> = (0..particles.len())
-            .filter(|&i| is_finite(particles, frame, i))
-            .map(|i| Ball {
-                sphere: Sphere { centre: camera.view(frame.position.get(i)), radius: particles.radius[i] },
-                color: light(color(i)),
-                faded: members.is_some_and(|members| members.binary_search(&i).is_err()),
-            })
-            .collect();
-        balls.sort_by_key(|ball| ball.faded);
-        balls
-    }
-
-    fn lines(&self, camera: &Camera) -> Vec<Line> {
-        let (color, width) = (light(self.theme.line), (0.07 * f64::from(self.em)).max(1.0));
-        let line = |ends: &[Vector3<f64>; 2]| Line { ends: ends.map(|end| camera.view(end)), color, width };
-        self.segments.iter().map(line).collect()
-    }
-}
-
-/// Puts moments on pages.
-struct Book<'a> {
-    moments: &'a Moments,
-    layout: &'a Layout,
-    artist: &'a Artist<'a>,
-    /// With title and legend, and without pictures.
-    page: Canvas,
-    count: usize,
-    indexed: bool,
-    watch: &'a mut dyn FnMut(usize, usize) -> bool,
-}
-
-impl Book<'_> {
-    fn heard(&mut self, done: usize) -> Result<(), RenderError> {
-        if (self.watch)(done, self.count) { Ok(()) } else { Err(RenderError::Stopped) }
-    }
-
-    /// All moments side by side.
-    fn sheet<R: Read + Seek, W: Write>(&mut self, log: &mut Log<R>, out: W) -> Result<(), RenderError> {
-        let (moments, artist, layout) = (self.moments, self.artist, self.layout);
-        let (mut done, mut colors) = (0, ClusterColors::default());
-        moments.each(log, artist.particles, |frame, _| {
-            let cell = artist.moment(frame, &mut colors, layout.cells.len() == 1);
-            if let Some(rect) = layout.cells.get(done) {
-                self.page.paste(&cell, rect.x, rect.y);
-            }
-            done += 1;
-            self.heard(done)
-        })?;
-        if self.indexed {
-            return Ok(encode::png_indexed(out, &self.page, &artist.exact())?);
-        }
-        Ok(encode::png(out, &self.page)?)
-    }
-
-    /// A page per moment.
-    fn animate<R: Read + Seek>(&mut self, log: &mut Log<R>, mut to: Box<dyn Animation + '_>) -> Result<(), RenderError> {
-        let (moments, artist) = (self.moments, self.artist);
-        let (mut done, mut colors) = (0, ClusterColors::default());
-        moments.each(log, artist.particles, |frame, times| {
-            to.add(&self.turned_to(frame, &mut colors), times)?;
-            done += 1;
-            self.heard(done)
-        })?;
-        Ok(to.finish()?)
-    }
-
-    fn turned_to(&self, frame: &Frame, colors: &mut ClusterColors) -> Canvas {
-        let mut page = self.page.clone();
-        if let Some(rect) = self.layout.cells.first() {
-            page.paste(&self.artist.moment(frame, colors, true), rect.x, rect.y);
-        }
-        page
-    }
-
-    /// A few pages, evenly spread.
-    fn samples<R: Read + Seek>(&mut self, log: &mut Log<R>) -> Result<Vec<Canvas>, RenderError> {
-        let chosen: Vec<usize> = (0..SAMPLED).map(|k| k * (self.count - 1) / (SAMPLED - 1)).collect();
-        let (mut number, mut pages) = (0, Vec::new());
-        let mut colors = ClusterColors::default();
-        self.moments.each(log, self.artist.particles, |frame, _| {
-            if chosen.contains(&number) {
-                pages.push(self.turned_to(frame, &mut colors));
-            }
-            number += 1;
-            if (self.watch)(0, self.count) { Ok(()) } else { Err(RenderError::Stopped) }
-        })?;
-        Ok(pages)
-    }
+    title.trim_start().to_owned()
 }

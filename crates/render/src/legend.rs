@@ -1,6 +1,6 @@
 //! What the colours mean: a bar with round numbers, or a line on clusters.
 
-use crate::canvas::{Canvas, Rect};
+use crate::canvas::{Canvas, Rect, Rgb};
 use crate::colors::{self, Scale};
 use crate::options::Quantity;
 use crate::quantity::{Unit, label, ticks};
@@ -12,8 +12,31 @@ pub fn has(quantity: Quantity) -> bool {
     quantity != Quantity::None
 }
 
-/// Draws the legend of a scale into a strip; `beyond` says whether values lie below and above it.
-pub fn bar(canvas: &mut Canvas, strip: Rect, em: f32, (text, theme): (&Text, &Theme), (scale, beyond): (&Scale, [bool; 2])) {
+/// A scale and what there is to say of it.
+#[derive(Clone, Copy, Debug)]
+pub struct Bar<'a> {
+    /// The scale.
+    pub scale: &'a Scale,
+    /// Whether values lie below and above it.
+    pub beyond: [bool; 2],
+    /// Colours that the bar is made of; `None`: one for every column of pixels.
+    pub steps: Option<u32>,
+}
+
+impl Bar<'_> {
+    /// The colour at a share of the bar's length.
+    fn color(&self, share: f64) -> Rgb {
+        let share = self.steps.map_or(share, |steps| {
+            let last = f64::from(steps.max(2) - 1);
+            libm::round(share * last) / last
+        });
+        self.scale.at(share)
+    }
+}
+
+/// Draws the legend of a scale into a strip.
+pub fn bar(canvas: &mut Canvas, strip: Rect, em: f32, (text, theme): (&Text, &Theme), bar: Bar<'_>) {
+    let (scale, beyond) = (bar.scale, bar.beyond);
     let (name, symbol) = match scale.quantity {
         Quantity::Temperature => ("temperature", "K"),
         Quantity::Speed => ("speed", "m/s"),
@@ -29,7 +52,7 @@ pub fn bar(canvas: &mut Canvas, strip: Rect, em: f32, (text, theme): (&Text, &Th
     let length = length.round();
     text.draw(canvas, [left - 0.9 * em, top + 0.72 * em], Anchor::Right, &name, (em, theme.ink));
     for k in 0..length as usize {
-        let color = scale.at((k as f64 + 0.5) / f64::from(length));
+        let color = bar.color((k as f64 + 0.5) / f64::from(length));
         canvas.fill(Rect { x: left as usize + k, y: top as usize, width: 1, height: height as usize }, color);
     }
     for (k, is_beyond) in beyond.into_iter().enumerate() {
@@ -38,7 +61,8 @@ pub fn bar(canvas: &mut Canvas, strip: Rect, em: f32, (text, theme): (&Text, &Th
             arrow(canvas, [x, top.floor()], [way, height], scale.at(k as f64));
         }
     }
-    let (mut values, decimals) = ticks(scale.low * unit.factor, scale.high * unit.factor, (length / (3.2 * em)).clamp(1.0, 6.0) as usize);
+    let (mut values, decimals) =
+        ticks(scale.low * unit.factor, scale.high * unit.factor, (length / (3.2 * em)).clamp(1.0, 6.0) as usize);
     let width = (0.07 * em).max(1.0);
     // An end without a tick near it is named as well, where it is as round as they are.
     let room = |value: f64, other: f64| {
@@ -47,7 +71,8 @@ pub fn bar(canvas: &mut Canvas, strip: Rect, em: f32, (text, theme): (&Text, &Th
         apart as f32 > 0.5 * (width(value) + width(other)) + 0.4 * em
     };
     for end in [scale.low * unit.factor, scale.high * unit.factor] {
-        let round = (end - label(end, decimals).replace('−', "-").parse().unwrap_or(f64::NAN)).abs() <= 1e-9 * end.abs();
+        let round =
+            (end - label(end, decimals).replace('−', "-").parse().unwrap_or(f64::NAN)).abs() <= 1e-9 * end.abs();
         if round && values.iter().all(|&value| room(value, end)) {
             values.push(end);
         }
@@ -62,7 +87,7 @@ pub fn bar(canvas: &mut Canvas, strip: Rect, em: f32, (text, theme): (&Text, &Th
 }
 
 /// A triangle at an end of the bar: there is more beyond it.
-fn arrow(canvas: &mut Canvas, [x, top]: [f32; 2], [way, height]: [f32; 2], color: crate::canvas::Rgb) {
+fn arrow(canvas: &mut Canvas, [x, top]: [f32; 2], [way, height]: [f32; 2], color: Rgb) {
     let length = 0.6 * height;
     for column in 0..length.ceil() as i64 {
         let half = 0.5 * height * (1.0 - (column as f32 + 0.5) / length).max(0.0);

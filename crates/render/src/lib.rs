@@ -9,11 +9,14 @@
 //! | `moments` | which states of the log are shown |
 //! | `survey` | what all of them have in common: extent, values, times |
 //! | `camera` | where it is seen from, and the fit of a camera to a cloud |
-//! | `spheres`, `shading`, `occlusion` | depth, light and shade of spheres and lines |
+//! | `artist`, `book` | one moment as a picture, and all of them on pages |
+//! | `spheres`, `rays`, `shading`, `occlusion` | depth, light and shade of spheres and lines |
 //! | `colors` | from temperature, speed, charge, cluster to colours |
 //! | `sheet`, `legend`, `canvas`, `text`, `quantity` | the page around the spheres |
 //! | `encode` | PNG, APNG, GIF |
 
+mod artist;
+mod book;
 mod camera;
 mod canvas;
 mod clusters;
@@ -27,6 +30,7 @@ mod moments;
 mod occlusion;
 pub mod options;
 mod quantity;
+mod rays;
 mod shading;
 mod sheet;
 mod spheres;

@@ -27,34 +27,48 @@ pub struct Passed {
 }
 
 /// The states that are asked for, to be gone through any number of times.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct Moments {
+    /// Single times, rising, each once [s].
     times: Vec<f64>,
     end: bool,
     all: bool,
     spacings: Vec<f64>,
+    /// All of the log is read, even where its index would find the states.
+    thorough: bool,
 }
 
 impl Moments {
-    /// Of a list of wishes; none is the last state.
-    pub fn new(at: &[When]) -> Self {
-        let mut moments = Self { times: Vec::new(), end: at.is_empty(), all: false, spacings: Vec::new() };
+    /// Of a list of wishes; none is the last state. A number of moments is spread from the log's first state to its last.
+    ///
+    /// # Errors
+    /// A log that cannot be read, or holds no state.
+    pub fn new<R: Read + Seek>(log: &mut Log<R>, at: &[When]) -> Result<Self, RenderError> {
+        let mut moments = Self { end: at.is_empty(), ..Self::default() };
         for when in at {
             match *when {
                 When::Time(t) => moments.times.push(t),
                 When::End => moments.end = true,
                 When::All => moments.all = true,
                 When::Every(spacing) => moments.spacings.push(spacing),
+                When::Frames(count) => moments.times.extend(spread(log, count)?),
             }
         }
         moments.times.sort_by(f64::total_cmp);
-        moments
+        moments.times.dedup();
+        Ok(moments)
     }
 
-    /// Passes every state to `take`, and how many evenly spaced moments it stands for: 1 where spacing does not matter.
+    /// From now on all of the log is read, and states that are lost are made up for by the last ones before them.
+    pub fn read_all(&mut self) {
+        self.thorough = true;
+    }
+
+    /// Passes every state to `take`, and how many moments of an animation it stands for, at least 1.
     ///
     /// # Errors
-    /// A log that cannot be read, no state at a time asked for, and what `take` says.
+    /// A log that cannot be read, no state at a time asked for, and what `take` says. Damage where a state must be, until
+    /// [`Moments::read_all`].
     pub fn each<R: Read + Seek>(
         &self,
         log: &mut Log<R>,
@@ -62,51 +76,52 @@ impl Moments {
         mut take: impl FnMut(&Frame, u32) -> Result<(), RenderError>,
     ) -> Result<Passed, RenderError> {
         let mut checked = |frame: &Frame, stands_for: u32| {
-            if frame.position.len() != particles.len() {
-                let text = format!("the state at {} s has {} particles instead of {}", frame.t, frame.position.len(), particles.len());
-                return Err(LogError::Damaged(Damage { offset: 0, what: text }).into());
+            let (found, expected) = (frame.position.len(), particles.len());
+            if found != expected {
+                let what = format!("the state at {} s has {found} particles instead of {expected}", frame.t);
+                return Err(LogError::Damaged(Damage { offset: 0, what }).into());
             }
             take(frame, stands_for)
         };
-        if self.all || !self.spacings.is_empty() { self.stream(log, &mut checked) } else { self.pick(log, &mut checked) }
+        let by_index = !(self.thorough || self.all) && self.spacings.is_empty();
+        if by_index { self.pick(log, &mut checked) } else { self.stream(log, &mut checked) }
     }
 
-    /// States at single times, found by the log's index. A damaged part loses the moments in it only.
+    /// States at single times, found by the log's index.
     fn pick<R: Read + Seek>(
         &self,
         log: &mut Log<R>,
         take: &mut impl FnMut(&Frame, u32) -> Result<(), RenderError>,
     ) -> Result<Passed, RenderError> {
         let mut passed = Passed { damage: log.damage().to_vec(), ..Passed::default() };
-        let (mut taken, mut lost) = (0, None);
+        let mut held: Option<(Frame, u32)> = None;
         let wishes = self.times.iter().map(|&t| At::Time(t)).chain(self.end.then_some(At::End));
         for at in wishes {
-            let mut result = Ok(());
-            let found = states(log, at, |frame, _| {
-                result = take(frame, 1);
+            let mut found = None;
+            let exported = states(log, at, |frame, _| {
+                found = Some(frame.clone());
                 Ok(1)
-            });
-            result?;
-            match found {
-                Ok(exported) => {
-                    taken += 1;
-                    if let (At::Time(t), Some(end)) = (at, exported.ends_before) {
-                        passed.ends_before = Some((t, end));
+            })?;
+            if let (At::Time(t), Some(end)) = (at, exported.ends_before) {
+                passed.ends_before = Some((t, end));
+            }
+            // Times between two states have the same one.
+            match (&mut held, found) {
+                (Some((before, stands_for)), Some(frame)) if before.step == frame.step => {
+                    *stands_for += u32::from(matches!(at, At::Time(_)));
+                }
+                (_, Some(frame)) => {
+                    if let Some((before, stands_for)) = held.replace((frame, 1)) {
+                        take(&before, stands_for)?;
                     }
                 }
-                Err(agglo_replay::export::ExportError::Log(LogError::Damaged(damage))) => {
-                    if !passed.damage.contains(&damage) {
-                        passed.damage.push(damage.clone());
-                    }
-                    lost = Some(damage);
-                }
-                Err(other) => return Err(other.into()),
+                (_, None) => {}
             }
         }
-        match lost {
-            Some(damage) if taken == 0 => Err(LogError::Damaged(damage).into()),
-            _ => Ok(passed),
+        if let Some((last, stands_for)) = held {
+            take(&last, stands_for)?;
         }
+        Ok(passed)
     }
 
     /// States out of all of them: each is known to be the last before a time when the next one comes.
@@ -161,14 +176,14 @@ impl Moments {
         until: f64,
         take: &mut impl FnMut(&Frame, u32) -> Result<(), RenderError>,
     ) -> Result<(), RenderError> {
-        let asked = self.times.iter().any(|&t| frame.t <= t + SAME_TIME * t.abs() && t < until - SAME_TIME * until.abs());
+        let asked = self.asked(|t| frame.t <= t + SAME_TIME * t.abs() && t < until - SAME_TIME * until.abs());
         // Multiples of a spacing from this state's time up to, but not at, the next one's.
         let first = |t: f64, spacing: f64| (t / spacing * (1.0 - SAME_TIME)).ceil();
         let evenly = self.spacings.iter().map(|&spacing| {
             let count = first(until, spacing) - first(frame.t, spacing);
             count.clamp(0.0, MOST_MULTIPLES) as u32
         });
-        let stands_for = evenly.sum::<u32>().max(u32::from(asked || self.all));
+        let stands_for = evenly.sum::<u32>().max(asked).max(u32::from(self.all));
         if stands_for > 0 { take(frame, stands_for) } else { Ok(()) }
     }
 
@@ -178,11 +193,67 @@ impl Moments {
         frame: &Frame,
         take: &mut impl FnMut(&Frame, u32) -> Result<(), RenderError>,
     ) -> Result<(), RenderError> {
-        let asked = self.all || self.end || self.times.iter().any(|&t| frame.t <= t + SAME_TIME * t.abs());
+        let asked = self.asked(|t| frame.t <= t + SAME_TIME * t.abs());
         let evenly = self.spacings.iter().any(|&spacing| {
             let share = frame.t / spacing;
             (share - share.round()).abs() <= SAME_TIME * share.abs().max(1.0)
         });
-        if asked || evenly { take(frame, 1) } else { Ok(()) }
+        let stands_for = asked.max(u32::from(evenly || self.all || self.end));
+        if stands_for > 0 { take(frame, stands_for) } else { Ok(()) }
     }
+
+    /// How many of the single times are such.
+    fn asked(&self, such: impl Fn(f64) -> bool) -> u32 {
+        self.times.iter().filter(|&&t| such(t)).count() as u32
+    }
+}
+
+/// Times evenly spaced from the first state to the last one [s]; a single one is that of the last.
+fn spread<R: Read + Seek>(log: &mut Log<R>, count: u32) -> Result<Vec<f64>, RenderError> {
+    let end = last(log)?.t;
+    let start = first(log)?.map_or(end, |frame| frame.t);
+    let between = (0..count.saturating_sub(1)).map(|k| start + (end - start) * f64::from(k) / f64::from(count - 1));
+    Ok(between.chain([end]).collect())
+}
+
+/// The first state that is whole.
+pub fn first<R: Read + Seek>(log: &mut Log<R>) -> Result<Option<Frame>, RenderError> {
+    let mut first = None;
+    whole(log, |frame| {
+        first = Some(frame);
+        false
+    })?;
+    Ok(first)
+}
+
+/// The last state that is whole.
+fn last<R: Read + Seek>(log: &mut Log<R>) -> Result<Frame, RenderError> {
+    let damage = match log.last_frame() {
+        Err(LogError::Damaged(damage)) => damage,
+        other => return Ok(other?),
+    };
+    let mut last = None;
+    whole(log, |frame| {
+        last = Some(frame);
+        true
+    })?;
+    last.ok_or_else(|| LogError::Damaged(damage).into())
+}
+
+/// Passes states that are whole to `take`, until it returns false.
+fn whole<R: Read + Seek>(log: &mut Log<R>, mut take: impl FnMut(Frame) -> bool) -> Result<(), RenderError> {
+    for entry in log.messages().only(&[Topic::Particles]) {
+        match entry {
+            Ok(entry) => {
+                if let Message::Particles(frame) = entry.message
+                    && !take(frame)
+                {
+                    break;
+                }
+            }
+            Err(LogError::Damaged(_)) => {}
+            Err(other) => return Err(other.into()),
+        }
+    }
+    Ok(())
 }

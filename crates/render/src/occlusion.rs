@@ -1,6 +1,6 @@
 //! How much of their surroundings spheres hide from each other: what makes clusters look like solid things.
 
-use rayon::prelude::*;
+use std::sync::OnceLock;
 
 /// A sphere in the directions of the camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,27 +22,34 @@ const CELL_MOST: usize = 64;
 /// Spheres that are much larger than most, and looked at by all.
 const GIANTS: usize = 16;
 
-/// The neighbours of every sphere.
-#[derive(Clone, Debug, Default)]
+/// The neighbours of every sphere, looked for when they are first needed: of a dense cloud only the outside is seen.
+#[derive(Debug, Default)]
 pub struct Occlusion {
     spheres: Vec<Sphere>,
+    grid: Option<Grid>,
     /// Numbers of neighbours, by sphere.
-    near: Vec<Vec<u32>>,
+    near: Vec<OnceLock<Vec<u32>>>,
 }
 
 impl Occlusion {
-    /// Finds the neighbours.
-    pub fn new(spheres: &[Sphere]) -> Self {
-        let Some(grid) = Grid::new(spheres) else { return Self::default() };
-        let near = (0..spheres.len()).into_par_iter().map(|i| neighbours(spheres, &grid, i)).collect();
-        Self { spheres: spheres.to_vec(), near }
+    /// Of these spheres.
+    pub fn new(spheres: Vec<Sphere>) -> Self {
+        let (grid, near) = (Grid::new(&spheres), spheres.iter().map(|_| OnceLock::new()).collect());
+        Self { spheres, grid, near }
+    }
+
+    /// The neighbours of sphere `i`; none of one that is not there.
+    fn near(&self, i: usize) -> &[u32] {
+        match (&self.grid, self.near.get(i)) {
+            (Some(grid), Some(near)) => near.get_or_init(|| neighbours(&self.spheres, grid, i)),
+            _ => &[],
+        }
     }
 
     /// The open part of the surroundings of a point of sphere `i` with this outward unit normal, 0 to 1.
     pub fn open(&self, i: usize, point: [f64; 3], normal: [f64; 3]) -> f32 {
-        let Some(near) = self.near.get(i) else { return 1.0 };
         let mut open = 1.0_f64;
-        for &j in near {
+        for &j in self.near(i) {
             let Sphere { centre, radius } = self.spheres[j as usize];
             let to = [0, 1, 2].map(|k| centre[k] - point[k]);
             let square = to[0] * to[0] + to[1] * to[1] + to[2] * to[2];
@@ -66,7 +73,8 @@ fn neighbours(spheres: &[Sphere], grid: &Grid, i: usize) -> Vec<u32> {
     let mut found: Vec<(f64, u32)> = Vec::new();
     grid.around(this.centre, |j| {
         let other = spheres[j as usize];
-        let square = (0..3).map(|k| (other.centre[k] - this.centre[k]) * (other.centre[k] - this.centre[k])).sum::<f64>();
+        let square =
+            (0..3).map(|k| (other.centre[k] - this.centre[k]) * (other.centre[k] - this.centre[k])).sum::<f64>();
         let reach = this.radius + REACH * other.radius;
         if j as usize != i && square < reach * reach {
             // What is seen of it from the nearest point decides which count.
@@ -81,6 +89,7 @@ fn neighbours(spheres: &[Sphere], grid: &Grid, i: usize) -> Vec<u32> {
 }
 
 /// Spheres by the cell that their centre is in; cells share buckets.
+#[derive(Debug)]
 struct Grid {
     cell: f64,
     starts: Vec<u32>,
@@ -99,7 +108,8 @@ impl Grid {
         }
         let giants =
             order.iter().copied().take(GIANTS).filter(|&i| spheres[i as usize].radius > 1.5 * typical).collect();
-        let mut grid = Self { cell, starts: vec![0; spheres.len().next_power_of_two() + 1], entries: Vec::new(), giants };
+        let mut grid =
+            Self { cell, starts: vec![0; spheres.len().next_power_of_two() + 1], entries: Vec::new(), giants };
         let cells: Vec<[i64; 3]> = spheres.iter().map(|sphere| grid.cell_of(sphere.centre)).collect();
         for cell in &cells {
             let bucket = grid.bucket(*cell);
@@ -150,11 +160,11 @@ mod tests {
     #[test]
     fn a_touching_neighbour_darkens_its_own_side_only() {
         let spheres = [Sphere { centre: [0.0; 3], radius: 1.0 }, Sphere { centre: [2.0, 0.0, 0.0], radius: 1.0 }];
-        let occlusion = Occlusion::new(&spheres);
+        let occlusion = Occlusion::new(spheres.to_vec());
         let open = |x: f64| occlusion.open(0, [x, 0.0, 0.0], [x, 0.0, 0.0]);
         assert!(open(1.0) < 0.4, "where they touch: {}", open(1.0));
         assert_eq!(open(-1.0), 1.0);
-        let alone = Occlusion::new(&spheres[..1]);
+        let alone = Occlusion::new(spheres[..1].to_vec());
         assert_eq!(alone.open(0, [1.0, 0.0, 0.0], [1.0, 0.0, 0.0]), 1.0);
     }
 
@@ -164,15 +174,16 @@ mod tests {
         let spheres: Vec<Sphere> = (0..1000)
             .map(|k| Sphere { centre: [k % 10, k / 10 % 10, k / 100].map(|x| 3.9 * f64::from(x)), radius: 1.0 })
             .collect();
-        let occlusion = Occlusion::new(&spheres);
-        assert_eq!(occlusion.near[555].len(), 6, "{:?}", occlusion.near[555]);
-        assert_eq!(occlusion.near[0].len(), 3);
+        let occlusion = Occlusion::new(spheres.to_vec());
+        assert_eq!(occlusion.near(555).len(), 6, "{:?}", occlusion.near(555));
+        assert_eq!(occlusion.near(0).len(), 3);
     }
 
     #[test]
     fn any_spheres_are_bounded_work() {
         let same = Sphere { centre: [1e300, -1e300, 0.0], radius: 1e-300 };
-        assert!(Occlusion::new(&[same; 5000]).near.iter().all(|near| near.len() <= MOST));
-        assert_eq!(Occlusion::new(&[]).open(3, [0.0; 3], [0.0; 3]), 1.0);
+        let occlusion = Occlusion::new(vec![same; 5000]);
+        assert!((0..5000).all(|i| occlusion.near(i).len() <= MOST));
+        assert_eq!(Occlusion::new(Vec::new()).open(3, [0.0; 3], [0.0; 3]), 1.0);
     }
 }

@@ -19,6 +19,8 @@ pub struct Options {
     pub view: View,
     /// How many times larger than fitted, or than a given camera shows it [-].
     pub zoom: f64,
+    /// How many times larger than they are spheres are drawn [-].
+    pub magnified: f64,
     /// Parallel instead of central projection.
     pub orthographic: bool,
     /// A fitted camera stands still even where a cloud in free space drifts.
@@ -48,6 +50,7 @@ impl Default for Options {
             range: None,
             view: View::default(),
             zoom: 1.0,
+            magnified: 1.0,
             orthographic: false,
             still: false,
             cluster: None,
@@ -71,6 +74,8 @@ pub enum When {
     All,
     /// The last one at or before every multiple of this time [s].
     Every(f64),
+    /// The last ones at or before so many times, evenly spaced from the first state to the last.
+    Frames(u32),
 }
 
 impl std::str::FromStr for When {

@@ -64,7 +64,14 @@ fn power_of_ten(exponent: i32) -> String {
 pub fn round_down(value: f64) -> f64 {
     let power = libm::pow(10.0, libm::floor(libm::log10(value)));
     let lead = value / power * (1.0 + 1e-9);
-    power * if lead >= 5.0 { 5.0 } else if lead >= 2.0 { 2.0 } else { 1.0 }
+    power
+        * if lead >= 5.0 {
+            5.0
+        } else if lead >= 2.0 {
+            2.0
+        } else {
+            1.0
+        }
 }
 
 /// The least number of two digits that is at least `value`; `value` itself where that is not above zero.
@@ -93,7 +100,11 @@ pub fn ticks(low: f64, high: f64, count: usize) -> (Vec<f64>, usize) {
 
 /// Decimals that a step of this size needs to be told from none.
 pub fn decimals(step: f64) -> usize {
-    (0..12).find(|&k| (step * libm::pow(10.0, k as f64)).fract().min(1.0 - (step * libm::pow(10.0, k as f64)).fract()) < 1e-6).unwrap_or(12)
+    (0..12)
+        .find(|&k| {
+            (step * libm::pow(10.0, k as f64)).fract().min(1.0 - (step * libm::pow(10.0, k as f64)).fract()) < 1e-6
+        })
+        .unwrap_or(12)
 }
 
 /// A number with a proper minus sign.
@@ -121,7 +132,8 @@ impl Clock {
         let unit = Unit::new("s", latest);
         let nearest = times.windows(2).map(|pair| pair[1] - pair[0]).filter(|d| *d > 0.0).fold(latest, f64::min);
         let digits = |value: f64| (-libm::floor(libm::log10(value * unit.factor * (1.0 + 1e-9)))).clamp(0.0, 9.0);
-        let decimals = if latest > 0.0 { (digits(latest) + 2.0).min(digits(latest / 100.0)).max(digits(nearest)) } else { 0.0 };
+        let decimals =
+            if latest > 0.0 { (digits(latest) + 2.0).min(digits(latest / 100.0)).max(digits(nearest)) } else { 0.0 };
         Self { decimals: decimals as usize, unit }
     }
 

@@ -72,6 +72,11 @@ pub fn mix(a: Light, b: Light, share: f32) -> Light {
     [0, 1, 2].map(|k| a[k] + (b[k] - a[k]) * share)
 }
 
+/// A mixture as the eye counts shares: half of black and white is mid-grey, where [`mix`] makes it light grey.
+pub fn veil(a: Light, b: Light, share: f32) -> Light {
+    mix(a.map(f32::sqrt), b.map(f32::sqrt), share).map(|root| root * root)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

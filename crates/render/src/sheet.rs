@@ -84,7 +84,8 @@ impl Layout {
     /// # Errors
     /// A size out of range, and more pictures than fit.
     pub fn new(options: &Options, count: usize, legend: bool) -> Result<Self, RenderError> {
-        let columns = options.columns.map_or_else(|| usual_columns(count), |columns| columns as usize).clamp(1, count.max(1));
+        let columns =
+            options.columns.map_or_else(|| usual_columns(count), |columns| columns as usize).clamp(1, count.max(1));
         let rows = count.div_ceil(columns).max(1);
         let size = size(options, [columns, rows])?;
         let em = ((size[0] * size[1]) as f32).sqrt() * 0.0185;

@@ -5,7 +5,8 @@ use rayon::prelude::*;
 use crate::camera::Camera;
 use crate::canvas::{Canvas, distance};
 use crate::occlusion::{Occlusion, Sphere};
-use crate::shading::{Development, Light, mix, shade};
+use crate::rays::{Bounds, Rays};
+use crate::shading::{Development, Light, mix, shade, veil};
 
 /// Samples along each side of a pixel.
 const SAMPLES: usize = 4;
@@ -64,36 +65,13 @@ pub struct Stage<'a> {
     pub haze: f32,
 }
 
-/// A range of pixels, right and lower end excluded.
-#[derive(Clone, Copy, Debug)]
-struct Bounds {
-    low: [f64; 2],
-    high: [f64; 2],
-}
-
-impl Bounds {
-    const NONE: Self = Self { low: [f64::INFINITY; 2], high: [f64::NEG_INFINITY; 2] };
-    const ALL: Self = Self { low: [f64::NEG_INFINITY; 2], high: [f64::INFINITY; 2] };
-
-    /// Whether it shares anything with this range along one side.
-    fn meets(&self, k: usize, from: usize, to: usize) -> bool {
-        self.low[k] < to as f64 && self.high[k] > from as f64
-    }
-
-    /// Numbers of the samples of a tile that begins at this pixel which may be inside.
-    fn samples(&self, k: usize, from: usize) -> std::ops::Range<usize> {
-        let sample = |pixel: f64| ((pixel - from as f64) * SAMPLES as f64).clamp(0.0, SIDE as f64);
-        sample(self.low[k]).floor() as usize..sample(self.high[k]).ceil() as usize
-    }
-}
-
 /// Draws a stage on a canvas of its size.
 pub fn paint(stage: &Stage<'_>, canvas: &mut Canvas) {
     let (width, height) = (canvas.width(), canvas.height());
     let balls: Vec<Ball> = stage.balls.par_iter().map(|ball| visible(ball, stage.camera)).collect();
-    let bounds: Vec<Bounds> = balls.par_iter().map(|ball| ball_bounds(ball, stage.camera)).collect();
+    let bounds: Vec<Bounds> = balls.par_iter().map(|ball| Bounds::of(ball.sphere, stage.camera)).collect();
     let nearest = |i: &u32| balls[*i as usize].sphere.centre[2] - balls[*i as usize].sphere.radius;
-    let mut order: Vec<u32> = (0..balls.len() as u32).filter(|&i| bounds[i as usize].low[0].is_finite() || bounds[i as usize].high[0] > 0.0).collect();
+    let mut order: Vec<u32> = (0..balls.len() as u32).filter(|&i| !bounds[i as usize].is_empty()).collect();
     order.par_sort_by(|a, b| nearest(a).total_cmp(&nearest(b)).then(a.cmp(b)));
     let lines: Vec<Trace> = (0..).zip(stage.lines).filter_map(|(k, line)| Trace::new(k, line, stage.camera)).collect();
     let development = Development::new();
@@ -121,33 +99,6 @@ fn visible(ball: &Ball, camera: &Camera) -> Ball {
     let scale = if camera.perspective { camera.scale / ball.sphere.centre[2] } else { camera.scale };
     let least = if scale > 0.0 { LEAST / scale } else { 0.0 };
     Ball { sphere: Sphere { radius: ball.sphere.radius.max(least), ..ball.sphere }, ..*ball }
-}
-
-/// The box around a sphere's image.
-fn ball_bounds(ball: &Ball, camera: &Camera) -> Bounds {
-    let Sphere { centre: [x, y, z], radius } = ball.sphere;
-    if !camera.perspective {
-        let [px, py] = camera.pixel([x, y, z]);
-        let reach = camera.scale * radius;
-        return Bounds { low: [px - reach, py - reach], high: [px + reach, py + reach] };
-    }
-    let square = x * x + y * y + z * z;
-    if z < -radius || square <= radius * radius {
-        // Behind the eye, or around it: from inside, a sphere is not drawn.
-        return Bounds::NONE;
-    }
-    if z <= radius {
-        return Bounds::ALL;
-    }
-    // Tangents from the eye, in the planes of either side with the direction of view.
-    let tangents = |across: f64| {
-        let root = radius * (across * across + z * z - radius * radius).max(0.0).sqrt();
-        let below = z * z - radius * radius;
-        [(across * z - root) / below, (across * z + root) / below].map(|slope| camera.scale * slope)
-    };
-    let ([left, right], [down, up]) = (tangents(x), tangents(y));
-    let [cx, cy] = camera.centre;
-    Bounds { low: [cx + left, cy - up], high: [cx + right, cy - down] }
 }
 
 /// A line on the page.
@@ -196,7 +147,8 @@ impl Trace {
         let along = [0, 1].map(|k| f64::from(self.ends[1][k]) - f64::from(self.ends[0][k]));
         let from = [0, 1].map(|k| f64::from(place[k]) - f64::from(self.ends[0][k]));
         let square = along[0] * along[0] + along[1] * along[1];
-        let share = if square > 0.0 { ((along[0] * from[0] + along[1] * from[1]) / square).clamp(0.0, 1.0) } else { 0.0 };
+        let share =
+            if square > 0.0 { ((along[0] * from[0] + along[1] * from[1]) / square).clamp(0.0, 1.0) } else { 0.0 };
         let depth = self.depths[0] + share * (self.depths[1] - self.depths[0]);
         Some(if perspective { 1.0 / depth } else { depth } as f32)
     }
@@ -277,11 +229,16 @@ impl Tile {
 
     fn ball(&mut self, camera: &Camera, ball: &Ball, number: u32, bounds: &Bounds) {
         let layer = if ball.faded { &mut self.faded } else { &mut self.solid };
-        let (columns, rows) = (bounds.samples(0, self.corner[0]), bounds.samples(1, self.corner[1]));
+        let (columns, rows) = (samples(bounds, 0, self.corner[0]), samples(bounds, 1, self.corner[1]));
         let ray = Rays::new(camera, ball.sphere);
+        let nearest = (ball.sphere.centre[2] - ball.sphere.radius) as f32;
         for row in rows {
             let y = sample(self.corner[1], row);
             for column in columns.clone() {
+                // Most of what is behind is behind altogether.
+                if layer.depth[row * SIDE + column] < nearest {
+                    continue;
+                }
                 if let Some(depth) = ray.depth(sample(self.corner[0], column), y) {
                     layer.put(row * SIDE + column, depth as f32, number);
                 }
@@ -290,8 +247,8 @@ impl Tile {
     }
 
     fn line(&mut self, line: &Trace, perspective: bool) {
-        for row in line.bounds.samples(1, self.corner[1]) {
-            for column in line.bounds.samples(0, self.corner[0]) {
+        for row in samples(&line.bounds, 1, self.corner[1]) {
+            for column in samples(&line.bounds, 0, self.corner[0]) {
                 let place = [sample(self.corner[0], column) as f32, sample(self.corner[1], row) as f32];
                 if let Some(depth) = line.depth(place, perspective) {
                     self.solid.put(row * SIDE + column, depth, LINE | line.number);
@@ -300,11 +257,24 @@ impl Tile {
         }
     }
 
+    /// What all samples of a pixel see, where it is one thing and nothing is before it.
+    fn alone(&self, x: usize, y: usize) -> Option<u32> {
+        let first = (y - self.corner[1]) * SAMPLES * SIDE + (x - self.corner[0]) * SAMPLES;
+        let what = self.solid.what[first];
+        let rows = || (0..SAMPLES).map(|row| first + row * SIDE..first + row * SIDE + SAMPLES);
+        let same = rows().all(|row| self.solid.what[row].iter().all(|&of| of == what));
+        let free = || !self.faded.drawn || rows().all(|row| self.faded.what[row].iter().all(|&of| of == NOTHING));
+        (same && free()).then_some(what)
+    }
+
     /// The light of a pixel: every thing in it is shaded once, at the middle of the samples that see it.
     fn pixel<N>(&self, scene: &Scene<'_, N>, x: usize, y: usize) -> Light {
         let ground = scene.stage.ground;
         if !self.solid.drawn && !self.faded.drawn {
             return ground;
+        }
+        if let Some(what) = self.alone(x, y) {
+            return scene.light(what, [x as f64 + 0.5, y as f64 + 0.5]);
         }
         // What is seen, and through what: how many samples, and the sum of their places.
         let mut seen = [([NOTHING; 2], 0_u32, [0_u32; 2]); SAMPLES * SAMPLES];
@@ -372,66 +342,14 @@ impl<N> Scene<'_, N> {
         let light = shade(ball.color, normal.map(|n| n as f32), to_eye, open);
         let [near, far] = stage.depths;
         let away = if far > near { ((depth - near) / (far - near)).clamp(0.0, 1.0) as f32 } else { 0.0 };
-        mix(light, stage.ground, stage.haze * away)
+        veil(light, stage.ground, stage.haze * away)
     }
 }
 
-/// Rays from the eye to a sphere.
-struct Rays<'a> {
-    camera: &'a Camera,
-    sphere: Sphere,
-    per_pixel: f64,
-    /// |c|^2 - r^2.
-    excess: f64,
-}
-
-impl<'a> Rays<'a> {
-    fn new(camera: &'a Camera, sphere: Sphere) -> Self {
-        let Sphere { centre: [x, y, z], radius } = sphere;
-        Self { camera, sphere, per_pixel: 1.0 / camera.scale, excess: x * x + y * y + z * z - radius * radius }
-    }
-
-    /// Distance along the view at which the ray through a place on the page enters the sphere [m].
-    #[inline]
-    fn depth(&self, px: f64, py: f64) -> Option<f64> {
-        let [cx, cy, cz] = self.sphere.centre;
-        let x = (px - self.camera.centre[0]) * self.per_pixel;
-        let y = (self.camera.centre[1] - py) * self.per_pixel;
-        if self.camera.perspective {
-            let (along, square) = (x * cx + y * cy + cz, x * x + y * y + 1.0);
-            let root = along * along - square * self.excess;
-            let depth = (along - root.max(0.0).sqrt()) / square;
-            (root >= 0.0 && depth > 0.0).then_some(depth)
-        } else {
-            let (x, y) = (x - cx, y - cy);
-            let root = self.sphere.radius * self.sphere.radius - x * x - y * y;
-            (root >= 0.0).then(|| cz - root.sqrt())
-        }
-    }
-
-    /// As [`Rays::depth`], of the nearest ray where this one passes by, and the ray's direction for a depth of 1.
-    fn nearest(&self, px: f64, py: f64) -> (f64, [f64; 3]) {
-        let [cx, cy, cz] = self.sphere.centre;
-        if self.camera.perspective {
-            let x = (px - self.camera.centre[0]) * self.per_pixel;
-            let y = (self.camera.centre[1] - py) * self.per_pixel;
-            let (along, square) = (x * cx + y * cy + cz, x * x + y * y + 1.0);
-            let root = (along * along - square * self.excess).max(0.0);
-            ((along - root.sqrt()) / square, [x, y, 1.0])
-        } else {
-            let [x, y, _] = self.offset(px, py);
-            let root = (self.sphere.radius * self.sphere.radius - x * x - y * y).max(0.0);
-            (cz - root.sqrt(), [0.0, 0.0, 1.0])
-        }
-    }
-
-    /// From the sphere's centre to a place on the page, in parallel projection [m].
-    fn offset(&self, px: f64, py: f64) -> [f64; 3] {
-        let [cx, cy, _] = self.sphere.centre;
-        let x = (px - self.camera.centre[0]) * self.per_pixel;
-        let y = (self.camera.centre[1] - py) * self.per_pixel;
-        [x - cx, y - cy, 0.0]
-    }
+/// Numbers of the samples of a tile that begins at this pixel which may be inside.
+fn samples(bounds: &Bounds, k: usize, from: usize) -> std::ops::Range<usize> {
+    let sample = |pixel: f64| ((pixel - from as f64) * SAMPLES as f64).clamp(0.0, SIDE as f64);
+    sample(bounds.low[k]).floor() as usize..sample(bounds.high[k]).ceil() as usize
 }
 
 /// Place of a sample of a tile that begins at a pixel [pixels].

@@ -24,6 +24,8 @@ pub struct Subject {
     pub members: Option<Vec<usize>>,
     /// Whether the camera goes along with their centre of mass.
     pub follows: bool,
+    /// Lengths of a periodic box in which they are drawn as one piece [m].
+    pub periodic: Option<[Option<f64>; 3]>,
 }
 
 impl Subject {
@@ -34,11 +36,24 @@ impl Subject {
         }
     }
 
+    /// Where a particle is drawn [m]: in a periodic box its image that is nearest to the first one looked at.
+    pub fn place(&self, frame: &Frame, i: usize) -> Vector3<f64> {
+        let place = frame.position.get(i);
+        let first = self.members.as_ref().and_then(|members| members.first());
+        let (Some(lengths), Some(&first)) = (self.periodic, first) else { return place };
+        let reference = frame.position.get(first);
+        Vector3::from_fn(|k, _| {
+            let boxes = lengths[k].map_or(0.0, |length| libm::round((place[k] - reference[k]) / length));
+            if boxes.is_finite() { place[k] - lengths[k].unwrap_or(0.0) * boxes } else { place[k] }
+        })
+    }
+
     /// What the camera's place is relative to [m].
     pub fn anchor(&self, particles: &Particles, frame: &Frame) -> Vector3<f64> {
         let whole = |&i: &usize| is_finite(particles, frame, i);
         if self.follows {
-            centre_of_mass(&particles.mass, &frame.position, self.each(particles).filter(whole))
+            let places = self.each(particles).filter(whole).map(|i| (particles.mass[i], self.place(frame, i)));
+            centre_of_mass(places)
         } else {
             Vector3::zeros()
         }
@@ -96,7 +111,7 @@ impl<'a> Survey<'a> {
         let anchor = self.subject.anchor(self.particles, frame);
         for i in self.subject.each(self.particles) {
             if is_finite(self.particles, frame, i) {
-                let (place, radius) = (frame.position.get(i), self.particles.radius[i]);
+                let (place, radius) = (self.subject.place(frame, i), self.particles.radius[i]);
                 self.extent.add(place - anchor, radius);
                 self.corners[0] = self.corners[0].inf(&place.add_scalar(-radius));
                 self.corners[1] = self.corners[1].sup(&place.add_scalar(radius));

@@ -49,7 +49,8 @@ impl Text {
             let Some(outline) = self.font.outline_glyph(glyph) else { continue };
             let bounds = outline.px_bounds();
             let (x0, y0) = (bounds.min.x as i64, bounds.min.y as i64);
-            outline.draw(|x, y, share| canvas.blend(x0 + i64::from(x), y0 + i64::from(y), color, share.clamp(0.0, 1.0)));
+            outline
+                .draw(|x, y, share| canvas.blend(x0 + i64::from(x), y0 + i64::from(y), color, share.clamp(0.0, 1.0)));
         }
     }
 

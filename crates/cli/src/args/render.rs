@@ -11,16 +11,19 @@ use crate::target::Target;
 #[derive(Args, Debug)]
 #[command(after_help = "Examples:
   agglo render clustering.mcap -o end.png
-  agglo render clustering.mcap --at every:0.7 -o moments.png
+  agglo render clustering.mcap --frames 8 -o moments.png
   agglo render clustering.mcap --cluster largest -o cluster.png
   agglo render clustering.mcap -o clustering.gif")]
 pub struct RenderArgs {
     /// Log file
     pub log: PathBuf,
     /// Which states: a time in seconds (the last state at or before it), `end`, `all`, or `every:SECONDS`; may be given
-    /// several times [default: end; of animations a hundred moments]
+    /// several times [default: end]
     #[arg(long, value_name = "T", allow_negative_numbers = true)]
     pub at: Vec<When>,
+    /// So many moments, evenly spaced from the first state to the last [default of animations: 100]
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=100_000), conflicts_with = "at")]
+    pub frames: Option<u32>,
     /// File to write; `-` writes to standard output
     #[arg(short, long, value_name = "FILE")]
     pub output: Target,
@@ -56,6 +59,9 @@ pub struct RenderArgs {
     /// How many times larger than fitted, or than the camera shows at an angle of 30 degrees
     #[arg(long, value_name = "F", default_value_t = 1.0)]
     pub zoom: f64,
+    /// Draw spheres so many times as large as they are, and say so in the title
+    #[arg(long, value_name = "F", default_value_t = 1.0)]
+    pub magnify: f64,
     /// Parallel projection: spheres of one size look alike at any distance
     #[arg(long)]
     pub orthographic: bool,

@@ -3,7 +3,7 @@
 use std::io::{BufWriter, Write};
 use std::time::{Duration, Instant};
 
-use agglo_render::options::{Format, Options, Quantity, View};
+use agglo_render::options::{Format, Options, Quantity, View, When};
 use agglo_render::{Drawn, RenderError, draw};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 
@@ -76,14 +76,16 @@ fn failure(args: &RenderArgs, name: &str, error: RenderError) -> Failure {
     match error {
         RenderError::Log(error) => logs::failure(&args.log, &error),
         RenderError::Write(error) => Failure::write(name, &error),
-        RenderError::Asked { text, hint } => Failure::Input(Message::new(format!("{log}: {text}")).hint(hint).file(log)),
+        RenderError::Asked { text, hint } => {
+            Failure::Input(Message::new(format!("{log}: {text}")).hint(hint).file(log))
+        }
         RenderError::Stopped => Failure::Failed(Message::new("stopped")),
     }
 }
 
 fn options(args: &RenderArgs) -> Result<Options, Failure> {
     Ok(Options {
-        at: args.at.clone(),
+        at: args.frames.map_or_else(|| args.at.clone(), |count| vec![When::Frames(count)]),
         format: format(args)?,
         size: args.size,
         columns: args.columns,
@@ -101,6 +103,7 @@ fn options(args: &RenderArgs) -> Result<Options, Failure> {
             _ => View::default(),
         },
         zoom: args.zoom,
+        magnified: args.magnify,
         orthographic: args.orthographic,
         still: args.still,
         cluster: args.cluster,
