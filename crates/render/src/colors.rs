@@ -21,6 +21,8 @@ pub const CLUSTERS: [u32; 10] =
     [0xe6_9f00, 0x56_b4e9, 0x00_9e73, 0xd5_5e00, 0x00_72b2, 0xcc_79a7, 0xf0_e442, 0x33_2288, 0x88_2255, 0x99_9933];
 /// Single particles beside clusters.
 pub const SINGLE: Rgb = [0xb8, 0xb8, 0xbc];
+/// Particles whose value is no number: a colour that no scale has.
+pub const MISSING: Rgb = [0xff; 3];
 /// Particles whose colour stands for nothing.
 pub const PLAIN: Rgb = [0x9f, 0xb4, 0xc8];
 
@@ -39,7 +41,7 @@ impl Scale {
     /// The colour of a value; beyond the ends those of the ends.
     pub fn color(&self, value: f64) -> Rgb {
         let share = (value - self.low) / (self.high - self.low);
-        self.at(if share.is_nan() { 0.0 } else { share.clamp(0.0, 1.0) })
+        if share.is_finite() { self.at(share.clamp(0.0, 1.0)) } else { MISSING }
     }
 
     /// The colour at a share of the way from the lower to the upper end.
@@ -117,7 +119,7 @@ mod tests {
         let scale = scale(Quantity::Speed);
         assert_eq!(scale.color(7.0), scale.at(1.0));
         assert_eq!(scale.color(-7.0), scale.at(0.0));
-        assert_eq!(scale.color(f64::NAN), scale.at(0.0));
+        assert_eq!([scale.color(f64::NAN), scale.color(f64::INFINITY)], [MISSING; 2]);
         assert_eq!(scale.at(1.0), [0xfd, 0xe7, 0x25]);
     }
 }

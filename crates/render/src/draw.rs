@@ -36,12 +36,14 @@ pub struct Drawn {
     pub followed: bool,
     /// Particles that have no finite position or radius and are missing.
     pub lost: usize,
+    /// Particles whose temperature, speed or charge is no number; they are white.
+    pub valueless: usize,
     /// Parts of the log that could not be read.
     pub damage: Vec<Damage>,
 }
 
-/// Draws moments of a log as the options say. `watch` hears how many moments are done, of how many, and says whether to
-/// go on.
+/// Draws moments of a log as the options say. `watch` hears how many moments are done, of how many (0 until that is
+/// known), and says whether to go on.
 ///
 /// # Errors
 /// A log that cannot be read or holds no state at a time asked for, options that do not fit the log, an output that
@@ -55,10 +57,10 @@ pub fn draw<R: Read + Seek, W: Write>(
     check(options)?;
     let mut particles = log.particles()?;
     let mut moments = Moments::new(log, &wishes(options))?;
-    let shown = match ends(log, &moments, &particles) {
+    let shown = match ends(log, &moments, &particles, watch) {
         Err(RenderError::Log(LogError::Damaged(_))) => {
             moments.read_all();
-            ends(log, &moments, &particles)?
+            ends(log, &moments, &particles, watch)?
         }
         other => other?,
     };
@@ -82,7 +84,7 @@ pub fn draw<R: Read + Seek, W: Write>(
     let mut survey = Survey::new(&particles, &subject, quantity, (axes(options.view)?, size));
     let passed = moments.each(log, &particles, |frame, _| {
         survey.add(frame);
-        Ok(())
+        if watch(0, shown.count) { Ok(()) } else { Err(RenderError::Stopped) }
     })?;
     let segments = domain_lines(scene.as_ref(), &subject, &mut survey);
     let (camera, depths) = survey.camera(options, size)?;
@@ -108,7 +110,14 @@ pub fn draw<R: Read + Seek, W: Write>(
         .write(log, options, out)?;
     let Passed { ends_before, mut damage } = passed;
     damage.extend(scene_lost.filter(|lost| !damage.contains(lost)));
-    Ok(Drawn { moments: shown.count, ends_before, followed: subject.follows, lost: survey.lost, damage })
+    Ok(Drawn {
+        moments: shown.count,
+        ends_before,
+        followed: subject.follows,
+        lost: survey.lost,
+        valueless: survey.valueless,
+        damage,
+    })
 }
 
 /// The page without its pictures: title and legend. `few`: in few colours.
@@ -184,13 +193,18 @@ struct Shown {
     count: usize,
 }
 
-fn ends<R: Read + Seek>(log: &mut Log<R>, moments: &Moments, particles: &Particles) -> Result<Shown, RenderError> {
+fn ends<R: Read + Seek>(
+    log: &mut Log<R>,
+    moments: &Moments,
+    particles: &Particles,
+    watch: &mut dyn FnMut(usize, usize) -> bool,
+) -> Result<Shown, RenderError> {
     let (mut first, mut last, mut count) = (None, None, 0);
     moments.each(log, particles, |frame, _| {
         first.get_or_insert_with(|| frame.clone());
         last = Some(frame.clone());
         count += 1;
-        Ok(())
+        if watch(0, 0) { Ok(()) } else { Err(RenderError::Stopped) }
     })?;
     match (first, last) {
         (Some(first), Some(last)) => Ok(Shown { first, last, count }),

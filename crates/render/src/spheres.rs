@@ -356,3 +356,6 @@ fn samples(bounds: &Bounds, k: usize, from: usize) -> std::ops::Range<usize> {
 fn sample(corner: usize, number: usize) -> f64 {
     corner as f64 + (number as f64 + 0.5) / SAMPLES as f64
 }
+
+#[cfg(test)]
+mod tests;

@@ -80,6 +80,8 @@ pub struct Survey<'a> {
     common: f64,
     /// Most particles of a moment that cannot be drawn.
     pub lost: usize,
+    /// Most particles of a moment whose value is no number.
+    pub valueless: usize,
     /// Time of every moment [s].
     pub times: Vec<f64>,
 }
@@ -101,6 +103,7 @@ impl<'a> Survey<'a> {
             values: [f64::INFINITY, f64::NEG_INFINITY],
             common: 0.0,
             lost: 0,
+            valueless: 0,
             times: Vec::new(),
         }
     }
@@ -119,8 +122,11 @@ impl<'a> Survey<'a> {
         }
         let particles = self.particles;
         self.lost = self.lost.max((0..particles.len()).filter(|&i| !is_finite(particles, frame, i)).count());
-        let values = (0..particles.len()).filter_map(|i| value(self.quantity, particles, frame, i));
-        let mut values: Vec<f64> = values.filter(|value| value.is_finite()).collect();
+        let mut values: Vec<f64> =
+            (0..particles.len()).filter_map(|i| value(self.quantity, particles, frame, i)).collect();
+        let all = values.len();
+        values.retain(|value| value.is_finite());
+        self.valueless = self.valueless.max(all - values.len());
         for &value in &values {
             self.values = [self.values[0].min(value), self.values[1].max(value)];
         }

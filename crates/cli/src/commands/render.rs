@@ -58,13 +58,17 @@ pub fn render(args: &RenderArgs, terminal: &Terminal) -> CommandResult {
 
 /// What is worth knowing about a picture that does not show in it.
 fn say(args: &RenderArgs, drawn: &Drawn, terminal: &Terminal) {
-    let log = args.log.display();
+    let log = args.log.display().to_string();
     if let Some((time, end)) = drawn.ends_before {
         terminal.note(format!("{log} ends at t = {end} s, before {time} s; that state was drawn"));
     }
     if drawn.lost > 0 {
         let text = format!("{} without a finite place or radius not drawn", counted(drawn.lost as u64, "particle"));
-        terminal.warning(&Message::new(text).file(log).hint("`agglo analyze` says more about such a log"));
+        terminal.warning(&Message::new(text).file(&log).hint("`agglo analyze` says more about such a log"));
+    }
+    if drawn.valueless > 0 {
+        let text = format!("{} whose value is no number drawn in white", counted(drawn.valueless as u64, "particle"));
+        terminal.warning(&Message::new(text).file(&log).hint("`agglo analyze` says more about such a log"));
     }
     if drawn.followed && drawn.moments > 1 {
         terminal.detail("the camera goes along with the centre of mass; --still keeps it where it is");
@@ -157,6 +161,9 @@ impl Progress {
         if let Some(bar) = self.bar.as_ref().filter(|_| all > 1) {
             bar.set_length(all as u64);
             bar.set_position(done as u64);
+        }
+        if all == 0 {
+            return;
         }
         let due = self.shown.is_none_or(|shown| shown.elapsed() >= LINE) || done == all;
         if let Some(terminal) = self.lines.filter(|_| due) {
