@@ -91,7 +91,8 @@ pub fn ticks(low: f64, high: f64, count: usize) -> (Vec<f64>, usize) {
         .find(|step| *step >= least * (1.0 - 1e-9))
         .unwrap_or(least);
     let (first, last) = (libm::ceil(low / step - 1e-6), libm::floor(high / step + 1e-6));
-    if !(step > 0.0 && step.is_finite() && first.is_finite() && last - first < 100.0) {
+    // Steps that twelve digits do not show are none.
+    if !(step > 1e-12 * low.abs().max(high.abs()) && step.is_finite() && last - first < 100.0) {
         return (vec![low, high], 6);
     }
     let values = (0..=(last - first) as u32).map(|k| (first + f64::from(k)) * step).collect();

@@ -3,7 +3,6 @@
 use nalgebra::Vector3;
 
 use super::*;
-use crate::camera::Extent;
 use crate::canvas::Rgb;
 use crate::shading::light;
 
@@ -258,9 +257,7 @@ fn the_number_of_threads_does_not_change_a_picture() {
         })
         .collect();
     let size = [300, 200];
-    let mut extent = Extent::new([Vector3::x(), Vector3::y(), Vector3::z()], size);
-    balls.iter().for_each(|ball| extent.add(Vector3::from(ball.sphere.centre), ball.sphere.radius));
-    let camera = Camera { eye: Vector3::zeros(), centre: [-100.0, 400.0], ..extent.camera(true, 1.0) };
+    let camera = Camera { centre: [90.0, 160.0], ..camera(true, 370.0, size) };
     let on = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| picture(&camera, &balls, &[], size))
