@@ -14,6 +14,9 @@ use crate::options::When;
 /// write 0.3.
 const SAME_TIME: f64 = 1e-9;
 
+/// About the size of a log's chunk [bytes].
+const CHUNK: u64 = 1 << 20;
+
 /// Multiples of a spacing between two states that are counted.
 const MOST_MULTIPLES: f64 = 1e4;
 
@@ -83,7 +86,9 @@ impl Moments {
             }
             take(frame, stands_for)
         };
-        let by_index = !(self.thorough || self.all) && self.spacings.is_empty();
+        // Every time that is looked up costs about a chunk, going through all costs the file.
+        let few = self.times.len() as u64 <= log.size() / CHUNK;
+        let by_index = !(self.thorough || self.all) && self.spacings.is_empty() && few;
         if by_index { self.pick(log, &mut checked) } else { self.stream(log, &mut checked) }
     }
 
@@ -176,7 +181,7 @@ impl Moments {
         until: f64,
         take: &mut impl FnMut(&Frame, u32) -> Result<(), RenderError>,
     ) -> Result<(), RenderError> {
-        let asked = self.asked(|t| frame.t <= t + SAME_TIME * t.abs() && t < until - SAME_TIME * until.abs());
+        let asked = self.asked(frame.t, until - SAME_TIME * until.abs());
         // Multiples of a spacing from this state's time up to, but not at, the next one's.
         let first = |t: f64, spacing: f64| (t / spacing * (1.0 - SAME_TIME)).ceil();
         let evenly = self.spacings.iter().map(|&spacing| {
@@ -193,7 +198,7 @@ impl Moments {
         frame: &Frame,
         take: &mut impl FnMut(&Frame, u32) -> Result<(), RenderError>,
     ) -> Result<(), RenderError> {
-        let asked = self.asked(|t| frame.t <= t + SAME_TIME * t.abs());
+        let asked = self.asked(frame.t, f64::INFINITY);
         let evenly = self.spacings.iter().any(|&spacing| {
             let share = frame.t / spacing;
             (share - share.round()).abs() <= SAME_TIME * share.abs().max(1.0)
@@ -202,9 +207,11 @@ impl Moments {
         if stands_for > 0 { take(frame, stands_for) } else { Ok(()) }
     }
 
-    /// How many of the single times are such.
-    fn asked(&self, such: impl Fn(f64) -> bool) -> u32 {
-        self.times.iter().filter(|&&t| such(t)).count() as u32
+    /// How many of the single times are from a state's time up to another time [s].
+    fn asked(&self, from: f64, until: f64) -> u32 {
+        let before = self.times.partition_point(|&t| t + SAME_TIME * t.abs() < from);
+        let until = self.times.partition_point(|&t| t < until);
+        until.saturating_sub(before) as u32
     }
 }
 
