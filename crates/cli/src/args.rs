@@ -4,12 +4,14 @@ mod analyze;
 mod diff;
 mod export;
 mod recover;
+mod render;
 mod replay;
 
 pub use analyze::AnalyzeArgs;
 pub use diff::DiffArgs;
 pub use export::{ExportArgs, ExportFormat};
 pub use recover::RecoverArgs;
+pub use render::{Background, Quantity as RenderQuantity, RenderArgs, RenderFormat};
 pub use replay::ReplayArgs;
 
 use std::path::PathBuf;
@@ -123,6 +125,8 @@ pub enum Command {
     Export(ExportArgs),
     /// Write a valid log of all that is whole in a damaged one
     Recover(RecoverArgs),
+    /// Draw pictures of a log: shaded spheres of true size, one moment, a sheet of several, or an animation
+    Render(RenderArgs),
     /// Print the schema of scene files or of log messages
     Schema(SchemaArgs),
     /// Print a shell's completion script

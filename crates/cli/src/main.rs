@@ -53,6 +53,7 @@ fn dispatch(command: &Command, terminal: &Terminal) -> CommandResult {
         Command::Replay(args) => commands::replay::replay(args, terminal),
         Command::Diff(args) => commands::diff::diff(args, terminal),
         Command::Recover(args) => commands::recover::recover(args, terminal),
+        Command::Render(args) => commands::render::render(args, terminal),
         Command::Export(args) => commands::export::export(args, terminal),
         Command::Schema(args) => commands::schema::schema(args),
         Command::Completions(args) => commands::completions::completions(args),

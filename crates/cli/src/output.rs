@@ -72,7 +72,7 @@ impl Output {
     /// As [`Output::open`], and a terminal.
     pub fn open_binary(target: &Target, replace: bool) -> Result<Self, Failure> {
         if *target == Target::Standard && io::stdout().is_terminal() {
-            let message = Message::new("a log is binary and standard output is a terminal");
+            let message = Message::new("what is written is binary and standard output is a terminal");
             return Err(Failure::Input(message.hint("redirect it to a file or a pipe, or name a file with -o")));
         }
         Self::open(target, replace)

@@ -19,7 +19,7 @@ pub mod convert;
 pub mod encoder;
 mod error;
 mod markers;
-mod palette;
+pub mod palette;
 pub mod proto;
 mod recorder;
 pub mod run;

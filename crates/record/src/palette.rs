@@ -1,4 +1,4 @@
-//! Colours of particles: by temperature where there is one, else by charge, else by speed.
+//! Colours of particles: by temperature where there is one, else by charge, else by speed. Pictures go by the same rule.
 
 use agglo_core::scene::{Restitution, Scene};
 use agglo_core::state::{Particles, State};
@@ -7,7 +7,30 @@ use agglo_core::state::{Particles, State};
 const STOPS: [[f64; 3]; 5] =
     [[0.23, 0.30, 0.75], [0.48, 0.68, 0.95], [0.80, 0.80, 0.80], [0.93, 0.52, 0.40], [0.71, 0.02, 0.15]];
 
-/// What the colours stand for.
+/// What colours stand for where nobody chooses.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Shown {
+    /// Temperature, where particles have one.
+    Temperature,
+    /// Charge, where they have one and no temperature.
+    Charge,
+    /// Speed, of all others.
+    Speed,
+}
+
+impl Shown {
+    /// What particles show that have temperatures and charges or not.
+    #[must_use]
+    pub fn usual(temperatures: bool, charges: bool) -> Self {
+        match (temperatures, charges) {
+            (true, _) => Self::Temperature,
+            (false, true) => Self::Charge,
+            (false, false) => Self::Speed,
+        }
+    }
+}
+
+/// What the colours stand for, with their ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Scale {
     /// Temperature from the coldest that the scene names [K] to a hottest that it suggests.
@@ -29,10 +52,11 @@ pub struct Palette {
 impl Palette {
     /// The colours of a run of a scene that starts from this state.
     pub fn new(scene: &Scene, particles: &Particles, start: &State) -> Self {
-        let scale = match temperatures(scene, particles, start) {
-            Some((low, high)) => Scale::Temperature { low, high },
-            None if particles.charge.is_some() => Scale::Charge,
-            None => Scale::Speed { largest: 0.0 },
+        let range = temperatures(scene, particles, start);
+        let scale = match (Shown::usual(range.is_some(), particles.charge.is_some()), range) {
+            (Shown::Temperature, Some((low, high))) => Scale::Temperature { low, high },
+            (Shown::Charge, _) => Scale::Charge,
+            _ => Scale::Speed { largest: 0.0 },
         };
         Self { scale, table: (0..=255).map(|k| ramp(f64::from(k) / 255.0)).collect(), colors: Vec::new() }
     }
@@ -69,8 +93,9 @@ impl Palette {
     }
 }
 
-/// The colour at a share of the way from the first stop to the last.
-fn ramp(share: f64) -> [u8; 4] {
+/// The colour at a share of the way from blue (0) over grey (0.5) to red (1): red, green, blue, alpha.
+#[must_use]
+pub fn ramp(share: f64) -> [u8; 4] {
     let place = share * (STOPS.len() - 1) as f64;
     let k = (place as usize).min(STOPS.len() - 2);
     let rest = place - k as f64;
@@ -81,7 +106,8 @@ fn ramp(share: f64) -> [u8; 4] {
 /// The range of temperatures that a scene suggests [K]: from the coldest to the hottest of the start and the
 /// surroundings, and where there is a reaction up to twenty complete ones of the first particle, but not beyond the
 /// temperature where restitution vanishes. `None` without temperatures.
-fn temperatures(scene: &Scene, particles: &Particles, start: &State) -> Option<(f64, f64)> {
+#[must_use]
+pub fn temperatures(scene: &Scene, particles: &Particles, start: &State) -> Option<(f64, f64)> {
     const REACTIONS: f64 = 20.0;
     let thermal = scene.thermal.as_ref()?;
     let mut named = start.temperature.clone()?;

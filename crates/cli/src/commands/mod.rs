@@ -9,6 +9,7 @@ pub mod info;
 pub mod init;
 pub mod man;
 pub mod recover;
+pub mod render;
 pub mod replay;
 mod resume;
 pub mod run;

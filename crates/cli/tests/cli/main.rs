@@ -7,6 +7,7 @@
 //! `logs`     `info` and `export`, on whole and damaged logs
 //! `diff`     verdicts, tolerances, ensembles, the commands of docs/ci.md
 //! `planted`  differences planted into a log, each found where it is
+//! `render`   pictures: what they show, where, in which colours; what is refused; damaged logs
 //! `replay`   steps listed and verified, runs that go on: interrupted, cut off, killed
 //! `readme`   every command of the README
 
@@ -18,6 +19,7 @@ mod help;
 mod logs;
 mod planted;
 mod readme;
+mod render;
 mod replay;
 mod runs;
 mod scenes;

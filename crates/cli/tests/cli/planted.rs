@@ -11,14 +11,14 @@ use prost::Message;
 use super::{CLOUD, Folder};
 
 /// What is in a log, apart.
-struct Parts {
+pub(super) struct Parts {
     metadata: std::collections::BTreeMap<String, String>,
     scene: Vec<u8>,
     messages: Vec<RawMessage>,
 }
 
 impl Parts {
-    fn of(bytes: &[u8]) -> Self {
+    pub(super) fn of(bytes: &[u8]) -> Self {
         let mut log = Log::new(Cursor::new(bytes)).unwrap();
         Self {
             metadata: log.run().to_map(),
@@ -28,7 +28,7 @@ impl Parts {
     }
 
     /// The log made of them; chunks are closed by size alone.
-    fn write(&self) -> Vec<u8> {
+    pub(super) fn write(&self) -> Vec<u8> {
         let mut new = Cursor::new(Vec::new());
         let mut writer = mcap::WriteOptions::new().create(&mut new).unwrap();
         let record = mcap::records::Metadata { name: "run".to_owned(), metadata: self.metadata.clone() };
@@ -72,7 +72,7 @@ impl Parts {
     }
 
     /// Changes the eight bytes of a number of a particle: column 0 is x, 3 is vx, 6 is the temperature.
-    fn number(&mut self, step: u64, particle: usize, column: usize, change: impl FnOnce(f64) -> f64) {
+    pub(super) fn number(&mut self, step: u64, particle: usize, column: usize, change: impl FnOnce(f64) -> f64) {
         self.edit(Topic::Particles, step, |cloud: &mut foxglove::PointCloud| {
             let at = particle * cloud.point_stride as usize + 8 * column;
             let bytes: &mut [u8] = &mut cloud.data[at..at + 8];
