@@ -5,7 +5,7 @@
 //! it at rest on each other: a contact step of first order, which is reported.
 
 use super::candidates::Candidates;
-use super::paths::{Launch, Paths};
+use super::paths::{Closing, Launch, Paths};
 use crate::contact::instant::{Body, Booked, Instant, Joint, Moment};
 use crate::contact::search::TOUCHING;
 use crate::contact::{ContactLaw, Touch};
@@ -131,36 +131,41 @@ impl Impacts {
 
     /// Contacts that touch when the step begins, then predictions for all others.
     fn begin(&mut self, step: &mut Step<'_, '_>) {
-        let touching: Vec<usize> =
-            (0..self.candidates.touches.len()).filter(|&k| step.touches(&self.candidates, k, 0.0)).collect();
-        for &k in &touching {
-            // A stamp tells that it was solved together with an earlier one.
-            if self.stamps[k] == 0 {
-                self.act(step, 0.0, k, true);
+        let mut touching = Vec::new();
+        for k in 0..self.candidates.touches.len() {
+            if self.predict(step, k, 0.0, false) {
+                touching.push(k);
             }
         }
-        for k in 0..self.candidates.touches.len() {
-            if self.stamps[k] == 0 {
-                self.predict(step, k, 0.0);
+        for k in touching {
+            // A stamp tells that it was solved together with an earlier one.
+            if self.stamps[k] == 1 {
+                self.act(step, 0.0, k, true);
             }
         }
     }
 
-    /// Puts the time at which a candidate's gap closes after `from` into the queue.
-    fn predict(&mut self, step: &Step<'_, '_>, k: usize, from: f64) {
+    /// Puts the time at which a candidate's gap closes after `from` into the queue; `true` if it is closed and not solved.
+    fn predict(&mut self, step: &Step<'_, '_>, k: usize, from: f64, solved: bool) -> bool {
         let touch = self.candidates.touches[k];
         self.stamps[k] += 1;
         let ignored = |i: usize| step.paths.impacts(i) >= IGNORED;
         if ignored(touch.i) || touch.j().is_some_and(ignored) {
-            return;
+            return false;
         }
-        if let Some(tau) = step.paths.closing(step.launch, touch, &self.candidates.shifts[k], from, step.touching_gap(touch)) {
-            let partner = match touch.partner {
-                Partner::Particle(j) => u64::from(j),
-                Partner::Wall(w) => (1 << 32) + u64::from(w),
-            };
-            self.queue.push(Reverse((tau.to_bits(), touch.i as u32, partner, k as u32, self.stamps[k])));
+        let shift = &self.candidates.shifts[k];
+        match step.paths.closing(step.launch, touch, shift, from, (step.touching_gap(touch), solved)) {
+            Closing::Closed => return true,
+            Closing::Never => {}
+            Closing::At(tau) => {
+                let partner = match touch.partner {
+                    Partner::Particle(j) => u64::from(j),
+                    Partner::Wall(w) => (1 << 32) + u64::from(w),
+                };
+                self.queue.push(Reverse((tau.to_bits(), touch.i as u32, partner, k as u32, self.stamps[k])));
+            }
         }
+        false
     }
 
     /// Solves the instant tau at which a candidate's gap is closed, with all that touches there.
@@ -273,7 +278,7 @@ impl Impacts {
                 if self.holds[k].force > 0.0 {
                     self.stamps[k] += 1;
                 } else {
-                    self.predict(step, k, tau);
+                    self.predict(step, k, tau, true);
                 }
             }
         }

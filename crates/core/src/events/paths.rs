@@ -11,6 +11,17 @@ use crate::math::round;
 use crate::state::{Columns, Particles};
 use nalgebra::Vector3;
 
+/// What becomes of a gap.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Closing {
+    /// It is closed.
+    Closed,
+    /// It closes at this time in the step [s].
+    At(f64),
+    /// It stays open.
+    Never,
+}
+
 /// No entry.
 const NONE: u32 = u32::MAX;
 
@@ -194,7 +205,8 @@ impl Paths {
 
     /// When, after `from` and before the step's end, a gap closes.
     ///
-    /// A gap that is open by no more than `touching` [m] counts as closed and at rest: whoever calls has solved it.
+    /// A gap that is open by no more than `touching` [m] is closed; where it has been `solved`, it is at rest there, and what
+    /// counts is whether it closes again.
     #[must_use]
     pub fn closing(
         &self,
@@ -202,8 +214,8 @@ impl Paths {
         touch: Touch,
         shift: &Vector3<f64>,
         from: f64,
-        touching: f64,
-    ) -> Option<f64> {
+        (touching, solved): (f64, bool),
+    ) -> Closing {
         let h = launch.dt - from;
         let i = self.piece(launch, touch.i);
         let (r, v) = (i.position(from), i.velocity(from));
@@ -215,12 +227,20 @@ impl Paths {
                 let w = j.velocity(from) - v;
                 let a = j.a - i.a;
                 let sum = launch.particles.radius[touch.i] + launch.particles.radius[number];
-                if self.straight(launch, &i, &j) {
-                    return meeting(&d, &w, sum, touching).filter(|&tau| tau <= h).map(|tau| from + tau);
-                }
                 let open = d.norm_squared() - sum * sum;
+                let closed = open <= 2.0 * touching * sum;
+                if closed && !solved {
+                    return Closing::Closed;
+                }
+                if self.straight(launch, &i, &j) {
+                    // Touching, and solved: straight flights part for good.
+                    if closed {
+                        return Closing::Never;
+                    }
+                    return Closing::by(from, meeting(&d, &w, sum, open).filter(|&tau| tau <= h));
+                }
                 let mut c = [open, 2.0 * d.dot(&w), w.norm_squared() + d.dot(&a), w.dot(&a), 0.25 * a.norm_squared()];
-                if open <= 2.0 * touching * sum {
+                if closed {
                     at_rest(&mut c);
                 }
                 first_closing(&c, h)
@@ -230,25 +250,30 @@ impl Paths {
                 let open = wall.distance(&r) - launch.particles.radius[touch.i];
                 let mut c = [open, v.dot(&wall.normal), 0.5 * i.a.dot(&wall.normal)];
                 if open <= touching {
+                    if !solved {
+                        return Closing::Closed;
+                    }
                     at_rest(&mut c);
                 }
                 first_closing(&c, h)
             }
-        }?;
-        Some(from + tau)
+        };
+        Closing::by(from, tau)
     }
 }
 
-/// When two on straight flights, d apart with relative velocity w, come to a distance.
-fn meeting(d: &Vector3<f64>, w: &Vector3<f64>, distance: f64, touching: f64) -> Option<f64> {
+impl Closing {
+    /// A time after `from`, if there is one.
+    fn by(from: f64, tau: Option<f64>) -> Self {
+        tau.map_or(Self::Never, |tau| Self::At(from + tau))
+    }
+}
+
+/// When two on straight flights, d apart with relative velocity w, come to a distance; `open` = d^2 - distance^2.
+fn meeting(d: &Vector3<f64>, w: &Vector3<f64>, distance: f64, open: f64) -> Option<f64> {
     let approach = -d.dot(w);
     let square = w.norm_squared();
     if approach <= 0.0 {
-        return None;
-    }
-    let open = d.norm_squared() - distance * distance;
-    if open <= 2.0 * touching * distance {
-        // Touching, and solved: not approaching.
         return None;
     }
     // The distance at which they would pass each other tells more precisely than a discriminant whether they meet.
