@@ -1,4 +1,4 @@
-//! The direction of dependencies between our crates: core <- record <- replay <- cli.
+//! The direction of dependencies between our crates: core <- record <- replay <- study <- cli.
 
 use std::path::Path;
 use std::process::Command;
@@ -10,7 +10,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("agglo-core", &[]),
     ("agglo-record", &["agglo-core"]),
     ("agglo-replay", &["agglo-core", "agglo-record"]),
-    ("agglo", &["agglo-core", "agglo-record", "agglo-replay"]),
+    ("agglo-study", &["agglo-core", "agglo-record", "agglo-replay"]),
+    ("agglo", &["agglo-core", "agglo-record", "agglo-replay", "agglo-study"]),
 ];
 
 /// Crates that the solver must not see: it knows no files, no log format and no terminal.

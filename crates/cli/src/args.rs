@@ -5,12 +5,14 @@ mod diff;
 mod export;
 mod recover;
 mod replay;
+mod study;
 
 pub use analyze::AnalyzeArgs;
 pub use diff::DiffArgs;
 pub use export::{ExportArgs, ExportFormat};
 pub use recover::RecoverArgs;
 pub use replay::ReplayArgs;
+pub use study::StudyArgs;
 
 use std::path::PathBuf;
 
@@ -123,6 +125,8 @@ pub enum Command {
     Export(ExportArgs),
     /// Write a valid log of all that is whole in a damaged one
     Recover(RecoverArgs),
+    /// Measure speed against error: integrators, steps and tolerances against a reference
+    Study(StudyArgs),
     /// Print the schema of scene files or of log messages
     Schema(SchemaArgs),
     /// Print a shell's completion script

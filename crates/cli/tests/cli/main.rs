@@ -8,6 +8,7 @@
 //! `diff`     verdicts, tolerances, ensembles, the commands of docs/ci.md
 //! `planted`  differences planted into a log, each found where it is
 //! `replay`   steps listed and verified, runs that go on: interrupted, cut off, killed
+//! `study`    speed against error: table, files, what is refused
 //! `readme`   every command of the README
 
 #![allow(clippy::unwrap_used)] // What is unexpected fails the test.
@@ -21,6 +22,7 @@ mod readme;
 mod replay;
 mod runs;
 mod scenes;
+mod study;
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
