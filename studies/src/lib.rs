@@ -1,5 +1,6 @@
 //! Studies with agglo that write pages of its documentation.
 
+pub mod accuracy;
 pub mod paper;
 pub mod progress;
 pub mod run;

@@ -2,6 +2,9 @@
 
 #![allow(missing_docs, clippy::unwrap_used)]
 
+/// Collocation schemes and Newton's method: orders, symmetry, what a tolerance means, where which converges.
+#[path = "physics/collocation.rs"]
+mod collocation;
 /// Step size: named failures, bounded rejections, the end of a run, (54) recomputed.
 #[path = "physics/control.rs"]
 mod control;

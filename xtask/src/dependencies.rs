@@ -1,4 +1,4 @@
-//! The direction of dependencies between our crates: core <- record <- replay <- render <- cli.
+//! The direction of dependencies between our crates: core <- record <- replay <- {render, study} <- cli.
 
 use std::path::Path;
 use std::process::Command;
@@ -11,7 +11,8 @@ const ALLOWED: &[(&str, &[&str])] = &[
     ("agglo-record", &["agglo-core"]),
     ("agglo-replay", &["agglo-core", "agglo-record"]),
     ("agglo-render", &["agglo-core", "agglo-record", "agglo-replay"]),
-    ("agglo", &["agglo-core", "agglo-record", "agglo-replay", "agglo-render"]),
+    ("agglo-study", &["agglo-core", "agglo-record", "agglo-replay"]),
+    ("agglo", &["agglo-core", "agglo-record", "agglo-replay", "agglo-render", "agglo-study"]),
 ];
 
 /// Crates that the solver must not see: it knows no files, no log format and no terminal.

@@ -19,7 +19,7 @@ const USAGE: &str = "usage: cargo xtask gen | gen --check | deps | ci [--keep-go
 
   gen            writes protobuf code, descriptors, the scene schema and embedded copies
   gen --check    says which of them are out of date, and writes nothing
-  deps           checks the direction of dependencies: core <- record <- replay <- render <- cli
+  deps           checks the direction of dependencies: core <- record <- replay <- {render, study} <- cli
   ci             runs every check, in the order in which CI does
   ci --keep-going  goes on after a check that failed";
 

@@ -6,6 +6,7 @@ mod export;
 mod recover;
 mod render;
 mod replay;
+mod study;
 
 pub use analyze::AnalyzeArgs;
 pub use diff::DiffArgs;
@@ -13,6 +14,7 @@ pub use export::{ExportArgs, ExportFormat};
 pub use recover::RecoverArgs;
 pub use render::{Background, Quantity as RenderQuantity, RenderArgs, RenderFormat};
 pub use replay::ReplayArgs;
+pub use study::StudyArgs;
 
 use std::path::PathBuf;
 
@@ -127,6 +129,8 @@ pub enum Command {
     Recover(RecoverArgs),
     /// Draw pictures of a log: shaded spheres of true size, one moment, a sheet of several, or an animation
     Render(RenderArgs),
+    /// Measure speed against error: integrators, steps and tolerances against a reference
+    Study(StudyArgs),
     /// Print the schema of scene files or of log messages
     Schema(SchemaArgs),
     /// Print a shell's completion script

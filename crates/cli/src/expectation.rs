@@ -22,7 +22,7 @@ pub struct Expectation {
 /// Judges a scene.
 #[must_use]
 pub fn expect(scene: &Scene, particles: &Particles) -> Expectation {
-    let (initial, max, _) = scene.solver.step.limits();
+    let (initial, max, _) = agglo_core::assembly::step_limits(scene);
     // A step that is a hair short of the end is not taken.
     let steps = |dt: f64| (scene.duration / dt - 1e-6).ceil().max(1.0) as u64;
     let size = |steps: u64| agglo_record::estimate(scene, particles.len(), steps);

@@ -55,6 +55,7 @@ fn dispatch(command: &Command, terminal: &Terminal) -> CommandResult {
         Command::Recover(args) => commands::recover::recover(args, terminal),
         Command::Render(args) => commands::render::render(args, terminal),
         Command::Export(args) => commands::export::export(args, terminal),
+        Command::Study(args) => commands::study::study(args, terminal),
         Command::Schema(args) => commands::schema::schema(args),
         Command::Completions(args) => commands::completions::completions(args),
         Command::Man(args) => commands::man::man(args, terminal),

@@ -8,7 +8,7 @@ use crate::convergence::Convergence;
 use crate::domain::Domain;
 use crate::force::{ExternalField, Field};
 use crate::integrator::Integrator;
-use crate::scene::{IntegratorKind, ModelKind, Scene, Weight};
+use crate::scene::{Cutoff, IntegratorKind, ModelKind, Scene, SolutionMethod, Weight};
 use crate::state::{Columns, Particles};
 use crate::step_control::ITERATION_SHARE;
 use crate::thermal::exchange::Exchange;
@@ -20,6 +20,8 @@ pub struct Model {
     pub kind: ModelKind,
     /// Time integrator.
     pub integrator: Integrator,
+    /// How the equations of a step are solved.
+    pub method: SolutionMethod,
     /// Pair forces.
     pub field: Option<Field>,
     /// Gravity and electric field.
@@ -52,18 +54,16 @@ impl Model {
     #[must_use]
     pub fn new(scene: &Scene, particles: &Particles, start: &Columns) -> Self {
         let domain = Domain::new(scene.domain.as_ref());
-        let default = match scene.model {
-            ModelKind::Paper => IntegratorKind::BackwardEuler,
-            ModelKind::Consistent => IntegratorKind::VelocityVerlet,
-        };
         let contact = ContactLaw::new(scene);
         let located = contact.as_ref().is_some_and(|law| law.located);
         let bond_range = scene.binding.as_ref().map(|binding| binding.range);
         let cluster_range = bond_range.or(scene.clusters.map(|clusters| clusters.range));
-        let factor = ((contact.is_some() && !located).then_some(1.0 + TOUCHING)).into_iter().chain(cluster_range).reduce(f64::max);
+        let touching = (contact.is_some() && !located).then_some(1.0 + TOUCHING);
+        let factor = touching.into_iter().chain(cluster_range).reduce(f64::max);
         Self {
             kind: scene.model,
-            integrator: Integrator::of(scene.solver.integrator.unwrap_or(default)),
+            integrator: Integrator::of(integrator(scene)),
+            method: scene.solver.method,
             field: Field::new(scene, particles, start, &domain.periodic),
             external: ExternalField::new(scene.external.as_ref(), particles),
             contact,
@@ -131,6 +131,44 @@ fn flight(particles: &Particles, start: &Columns, domain: &Domain) -> f64 {
     let free = particles.mean_diameter().max(0.5 * spacing);
     let boxes = domain.periodic.length.iter().filter(|&&length| length > 0.0);
     boxes.fold(free, |free, length| free.min((0.25 * length - 0.5 * largest).max(0.05 * largest)))
+}
+
+/// Largest step of schemes of high order where the scene gives none [s]: they could take longer ones, but somebody will want
+/// to look at the motion.
+const HIGH_ORDER_MAX: f64 = 5e-2;
+
+/// The scene's integrator. Where it names none: the paper's own in `paper`; Gauss-Legendre collocation where forces are
+/// smooth, because it is the cheapest there at any error below a thousandth of a diameter (`docs/accuracy.md`); else velocity
+/// Verlet, because high order is lost at impacts and jumps of a force, and nothing is cheaper where there is no force.
+#[must_use]
+pub fn integrator(scene: &Scene) -> IntegratorKind {
+    scene.solver.integrator.unwrap_or(match scene.model {
+        ModelKind::Paper => IntegratorKind::BackwardEuler,
+        ModelKind::Consistent if is_smooth(scene) => IntegratorKind::GaussLegendre,
+        ModelKind::Consistent => IntegratorKind::VelocityVerlet,
+    })
+}
+
+/// Whether impacts and jumps of forces are located in time: in `consistent`, by the schemes of first and second order.
+#[must_use]
+pub fn locates(scene: &Scene) -> bool {
+    scene.model == ModelKind::Consistent && Integrator::of(integrator(scene)).collocation.is_none()
+}
+
+/// Whether there is a near field, and nothing in the scene ever jumps: no impact, no cut-off, no bond, no box to wrap into.
+fn is_smooth(scene: &Scene) -> bool {
+    let near = scene.near_field.as_ref().is_some_and(|near| near.cutoff == Cutoff::default());
+    near && scene.contact.is_none() && scene.binding.is_none() && scene.domain.is_none()
+}
+
+/// The first, the largest and the smallest step of a scene [s], defaults filled in.
+#[must_use]
+pub fn step_limits(scene: &Scene) -> (f64, f64, f64) {
+    let step = &scene.solver.step;
+    let (initial, max, min) = step.limits();
+    let high = Integrator::of(integrator(scene)).collocation.is_some();
+    let free = step.fixed.is_none() && step.max.is_none();
+    (initial, if high && free { max.max(HIGH_ORDER_MAX) } else { max }, min)
 }
 
 /// Whether the scene names a force that depends on charges.

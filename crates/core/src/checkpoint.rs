@@ -1,5 +1,6 @@
 //! All that is needed to go on with a run, bit for bit.
 
+use crate::collocation::Carried;
 use crate::ledger::{Momentum, Totals};
 use crate::state::{Columns, State};
 
@@ -30,6 +31,8 @@ pub struct Checkpoint {
     pub counters: Counters,
     /// Bits of the notices that are given once per run and have been given.
     pub notices_given: u64,
+    /// What a collocation scheme carries from step to step; `None` with other integrators.
+    pub collocation: Option<Carried>,
 }
 
 /// Counters of a run.

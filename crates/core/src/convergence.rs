@@ -3,6 +3,9 @@
 use crate::scene::ModelKind;
 use crate::state::Columns;
 
+/// How much slower than it just did an iteration may be taken to converge from here on [-].
+const RATE: f64 = 4.0;
+
 /// What an iteration's errors say.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
@@ -92,15 +95,36 @@ impl Convergence {
             violation = violation.max(error / self.tolerance.1);
         }
         self.violation = violation;
+        self.verdict(finite)
+    }
+
+    fn verdict(&self, finite: bool) -> Verdict {
         if !finite {
             Verdict::NotFinite
-        } else if violation <= 1.0 {
+        } else if self.violation <= 1.0 {
             Verdict::Converged
         } else if self.iterations() >= self.max_iterations {
             Verdict::Exhausted
         } else {
             Verdict::Continue
         }
+    }
+
+    /// Notes iteration K of a scheme that measures its own change of position, in mean diameters; below `round_off` it
+    /// stands still. Temperatures, where there are any, are not iterated.
+    pub fn note_change(&mut self, change: f64, round_off: f64, worst: u32, temperatures: bool) -> Verdict {
+        self.position.push(change);
+        if temperatures {
+            self.temperature.push(0.0);
+        }
+        self.worst = worst;
+        // The change that is left for the next iteration, not the one just made: saves one sweep in four.
+        let left = match self.position.as_slice() {
+            [.., before, last] => (RATE * last / before).min(1.0) * last,
+            _ => change,
+        };
+        self.violation = left / self.tolerance.0.max(round_off);
+        self.verdict(change.is_finite())
     }
 
     /// (52): sum |r^K - r^(K-1)| / sum |r^K|.

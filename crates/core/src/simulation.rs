@@ -225,7 +225,15 @@ impl Simulation {
             initial_momentum,
             counters,
             notices_given,
+            collocation,
         } = checkpoint.clone();
+        let restored = match (&mut self.stagger.collocation, &collocation) {
+            (Some(own), Some(carried)) => own.restore(carried),
+            (own, carried) => own.is_none() && carried.is_none(),
+        };
+        if !restored {
+            return Err(Problem::new("/solver/integrator", "the checkpoint is of another integrator").into());
+        }
         if let Some(field) = &mut self.model.field
             && list_positions.len() == n
         {
@@ -256,7 +264,14 @@ impl Simulation {
             initial_momentum: self.initial_momentum,
             counters: self.counters,
             notices_given: self.notices_given,
+            collocation: self.stagger.collocation.as_ref().map(|collocation| collocation.carried()),
         }
+    }
+
+    /// Evaluations of all forces since the start or a resumption, rejected attempts included.
+    #[must_use]
+    pub fn force_evaluations(&self) -> u64 {
+        self.stagger.evaluations
     }
 
     /// Runs to the scene's duration, or to where the observer stops it. The observer sees the start as step 0 (not
@@ -368,6 +383,11 @@ impl Simulation {
         let left = self.duration - self.time;
         let before_clipped = !self.finished() && left < self.next_dt;
         start || before_clipped || self.counters.steps.is_multiple_of(self.record.checkpoint_every)
+    }
+
+    /// Moves the end of the run, so that [`Simulation::run`] goes on to `duration` [s], or stops there.
+    pub fn set_duration(&mut self, duration: f64) {
+        self.duration = duration;
     }
 
     /// Radii, masses, charges.

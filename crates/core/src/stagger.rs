@@ -5,12 +5,13 @@
 //! iteration there and their errors are zero.
 
 use crate::assembly::Model;
+use crate::collocation::Collocation;
 use crate::contact::Touch;
 use crate::contact::latched::{LatchedContacts, Situation};
 use crate::convergence::{Convergence, Verdict};
 use crate::events::paths::Launch;
 use crate::events::{Events, Laws};
-use crate::scene::ModelKind;
+use crate::scene::{ModelKind, SolutionMethod};
 use crate::state::{Columns, Particles, State};
 use nalgebra::Vector3;
 
@@ -32,7 +33,7 @@ pub struct Start<'a> {
 pub struct Stagger {
     /// r^K [m].
     pub position: Columns,
-    previous_position: Columns,
+    pub(crate) previous_position: Columns,
     /// theta^K [K]; empty where temperatures are not iterated.
     pub temperature: Vec<f64>,
     previous_temperature: Vec<f64>,
@@ -54,6 +55,10 @@ pub struct Stagger {
     pub sweeps: Convergence,
     /// Unordered pairs looked at for forces.
     pub pairs_evaluated: u64,
+    /// Evaluations of all forces since the start or a resumption.
+    pub evaluations: u64,
+    /// The collocation scheme, where the integrator is one and something accelerates.
+    pub collocation: Option<Box<Collocation>>,
 }
 
 impl Stagger {
@@ -80,12 +85,22 @@ impl Stagger {
             path_acceleration: Columns::default(),
             sweeps,
             pairs_evaluated: 0,
+            evaluations: 0,
+            collocation: (model.integrator.collocation.filter(|_| model.has_forces()))
+                .map(|family| Box::new(Collocation::new(family, n))),
         }
     }
 
     /// Iterates until the errors pass or the attempt has to be given up. Events are located on the parabolas that the
     /// iteration found, then the iteration goes on with what they change.
     pub fn solve(&mut self, model: &mut Model, start: &Start<'_>, dt: f64, events: Option<&mut Events>) -> Verdict {
+        if let Some(collocation) = &mut self.collocation {
+            let end = (&mut self.position, &mut self.field_force);
+            let (verdict, evaluations, pairs) = collocation.solve(model, start, dt, &mut self.sweeps, end);
+            self.evaluations += evaluations;
+            self.pairs_evaluated += pairs;
+            return verdict;
+        }
         self.predict(model, start, dt);
         if let Some(events) = events {
             // Explicit positions need no forces.
@@ -107,6 +122,7 @@ impl Stagger {
             self.positions(model, start, dt);
             self.temperatures(model, start, dt);
             match self.note(start) {
+                Verdict::Continue if model.method == SolutionMethod::Newton => self.correct(model, start, dt),
                 Verdict::Continue => {}
                 verdict => return verdict,
             }
@@ -187,6 +203,7 @@ impl Stagger {
         std::mem::swap(&mut self.temperature, &mut self.previous_temperature);
         if model.has_forces() {
             self.pairs_evaluated += model.forces(&self.previous_position, &mut self.field_force);
+            self.evaluations += 1;
         }
     }
 

@@ -117,13 +117,23 @@ impl Simulation {
         let next = |i: usize| self.stagger.field_force.get(i) / self.particles.mass[i] - jump(i);
         let n = self.acceleration.len();
         let scale = dt * dt / (self.model.mean_diameter * self.tolerance);
-        let error = Worst::of((0..n).map(|i| scale * (next(i) * new + self.acceleration.get(i) * old).norm()));
+        let error = match &self.stagger.collocation {
+            Some(collocation) => {
+                let error = collocation.local_error(dt);
+                Worst { size: error.size / (self.model.mean_diameter * self.tolerance), ..error }
+            }
+            None => Worst::of((0..n).map(|i| scale * (next(i) * new + self.acceleration.get(i) * old).norm())),
+        };
+        let unresolved = if self.stagger.collocation.is_some() { 0.1 } else { 0.5 };
         let fastest = (0..n).map(|i| self.state.velocity.get(i).norm()).fold(0.0, f64::max);
         let kick = Worst::of((0..n).map(|i| {
             let (before, after) = (self.acceleration.get(i), next(i));
-            let (change, size) = ((after - before).norm(), before.norm().max(after.norm()));
+            let (change, size) = match &self.stagger.collocation {
+                Some(collocation) => collocation.defect(i),
+                None => ((after - before).norm(), before.norm().max(after.norm())),
+            };
             let own = (self.state.velocity.get(i) + (before + after) * (0.5 * dt)).norm();
-            if change > 0.5 * size { dt * change / fastest.max(own).max(0.5 * dt * size) } else { 0.0 }
+            if change > unresolved * size { dt * change / fastest.max(own).max(0.5 * dt * size) } else { 0.0 }
         }));
         if kick.size > KICK && error.size <= 1.0 { Worst { size: 8.0, ..kick } } else { error }
     }
@@ -170,6 +180,21 @@ impl Simulation {
 
     /// r' and v' of the accepted iterate; a' for the next step; wraps into the periodic box.
     fn move_particles(&mut self, dt: f64) {
+        match &mut self.stagger.collocation {
+            Some(collocation) => collocation.commit(&mut self.state.velocity, &mut self.acceleration),
+            None => self.accelerate(dt),
+        }
+        std::mem::swap(&mut self.state.position, &mut self.stagger.position);
+        let (external, totals) = (&self.model.external, &mut self.totals);
+        self.model.domain.wrap(&mut self.state.position, |i, axis, shift| {
+            if let Some(external) = external {
+                totals.periodic_work -= external.component(i, axis) * shift;
+            }
+        });
+    }
+
+    /// v' and a' by the integrator's weights.
+    fn accelerate(&mut self, dt: f64) {
         let integrator = &self.model.integrator;
         let (new, old) = (dt * integrator.velocity_new, dt * integrator.velocity_old);
         let mass = &self.particles.mass;
@@ -190,13 +215,6 @@ impl Simulation {
                 self.state.velocity.add(i, kick);
             }
         }
-        std::mem::swap(&mut self.state.position, &mut self.stagger.position);
-        let (external, totals) = (&self.model.external, &mut self.totals);
-        self.model.domain.wrap(&mut self.state.position, |i, axis, shift| {
-            if let Some(external) = external {
-                totals.periodic_work -= external.component(i, axis) * shift;
-            }
-        });
     }
 
     /// Stage I of `paper`'s contacts and stage II of both models, with their heat booked.
@@ -299,6 +317,14 @@ impl Simulation {
             heat_capacity: self.model.heat_capacity.unwrap_or(f64::INFINITY),
         };
         let resolution = resolve(law, &self.touches, self.time, &mut bodies, &mut self.impacts);
+        if let Some(collocation) = &mut self.stagger.collocation {
+            for impact in &self.impacts {
+                collocation.forget(impact.particle as usize, &self.acceleration);
+                if let Partner::Particle(j) = impact.partner {
+                    collocation.forget(j as usize, &self.acceleration);
+                }
+            }
+        }
         self.diagnostics.contacts = resolution.contacts;
         self.diagnostics.resting = resolution.resting;
         self.diagnostics.rounds = resolution.rounds;

@@ -1,5 +1,6 @@
 //! Step size: equations (51), (54), (55) steps 5 and 6, and in `consistent` the bound on the discretisation error.
 
+use crate::assembly::step_limits;
 use crate::convergence::{Convergence, Verdict};
 use crate::diagnostics::RejectionCause;
 use crate::scene::{ModelKind, Scene};
@@ -10,6 +11,8 @@ const P: f64 = 2.0;
 const ZERO: f64 = 1e-14;
 /// `consistent`: largest growth and shrinkage of a step, against chatter.
 const GROWTH: f64 = 2.0;
+/// The same for schemes of high order, whose first steps are far from what they can do.
+const HIGH_ORDER_GROWTH: f64 = 4.0;
 const SHRINKAGE: f64 = 0.2;
 /// `consistent`: aim below the tolerance, so that few steps are rejected.
 const SAFETY: f64 = 0.9;
@@ -111,7 +114,7 @@ impl StepControl {
     #[must_use]
     pub fn new(scene: &Scene, order: u32) -> Self {
         let step = &scene.solver.step;
-        let (initial, max, min) = step.limits();
+        let (initial, max, min) = step_limits(scene);
         Self {
             model: scene.model,
             initial,
@@ -145,14 +148,14 @@ impl StepControl {
             ModelKind::Paper => self.scaling * dt,
             ModelKind::Consistent => {
                 let local = self.error_scaling(attempt.local_error.map_or(0.0, |error| error.size));
-                let travel = attempt.travel.map_or(GROWTH, |travel| (SAFETY / travel.size).min(GROWTH));
+                let travel = attempt.travel.map_or(self.growth(), |travel| (SAFETY / travel.size).min(self.growth()));
                 if attempt.local_error.is_some_and(|error| error.size > 1.0) {
                     return Decision::Reject { cause: RejectionCause::LocalError, retry_dt: local.min(0.9) * dt };
                 }
                 if travel < SAFETY {
                     return Decision::Reject { cause: RejectionCause::Travel, retry_dt: travel.clamp(0.01, 0.9) * dt };
                 }
-                let iteration = if sweeps.iterations() == 1 { GROWTH } else { self.scaling };
+                let iteration = if sweeps.iterations() == 1 { self.growth() } else { self.scaling };
                 local.min(travel).min(iteration).max(SHRINKAGE) * dt
             }
         };
@@ -168,7 +171,7 @@ impl StepControl {
         }
         let (share, neutral) = match self.model {
             ModelKind::Paper => (1.0, 1.0),
-            ModelKind::Consistent => (ITERATION_SHARE, GROWTH),
+            ModelKind::Consistent => (ITERATION_SHARE, self.growth()),
         };
         let field = |errors: &[f64], tolerance: f64| match (errors.first(), errors.last()) {
             (Some(&first), Some(&last)) if first > ZERO && last > ZERO => {
@@ -183,8 +186,12 @@ impl StepControl {
     /// The factor that brings the local error, which goes like dt^(order + 1), to the tolerance.
     fn error_scaling(&self, error: f64) -> f64 {
         if error == 0.0 {
-            return GROWTH;
+            return self.growth();
         }
-        (SAFETY * libm::pow(error, -1.0 / f64::from(self.order + 1))).clamp(SHRINKAGE, GROWTH)
+        (SAFETY * libm::pow(error, -1.0 / f64::from(self.order + 1))).clamp(SHRINKAGE, self.growth())
+    }
+
+    fn growth(&self) -> f64 {
+        if self.order > 2 { HIGH_ORDER_GROWTH } else { GROWTH }
     }
 }

@@ -1,4 +1,4 @@
-//! The direction of dependencies: core <- record <- replay <- cli.
+//! The direction of dependencies: core <- record <- replay <- study <- cli.
 
 use std::collections::BTreeMap;
 use std::process::Command;

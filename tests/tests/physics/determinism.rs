@@ -53,6 +53,13 @@ fn any_number_of_threads_gives_the_same_bits() {
         ("all pairs", with(&cloud(600, 1.0, json!("none")), &[("/duration", json!(0.01))])),
         ("lists", cloud(3000, 2.0, json!(0.18))),
         (
+            "gauss-legendre",
+            with(
+                &cloud(3000, 2.0, json!(0.18)),
+                &[("/solver/integrator", json!("gauss-legendre")), ("/duration", json!(0.01))],
+            ),
+        ),
+        (
             "lists, periodic",
             with(&cloud(3000, 2.0, json!(0.18)), &[("/domain", json!({ "periodic": [2.1, null, 2.1] }))]),
         ),
@@ -131,6 +138,14 @@ fn a_run_in_two_halves_is_the_same_run() {
         (
             "trapezoidal",
             every(&with(&cloud(150, 0.7, json!("none")), &[("/solver/integrator", json!("trapezoidal"))]), 10),
+        ),
+        (
+            "gauss-radau",
+            every(&with(&cloud(150, 0.7, json!("none")), &[("/solver/integrator", json!("gauss-radau"))]), 10),
+        ),
+        (
+            "gauss-legendre, lists",
+            every(&with(&cloud(1500, 1.6, json!(0.18)), &[("/solver/integrator", json!("gauss-legendre"))]), 10),
         ),
         ("ball", every(&shipped("bouncing-ball"), 100)),
         ("hard spheres", every(&with(&shipped("free-cooling-gas"), &[("/duration", json!(2.0))]), 33)),

@@ -3,11 +3,12 @@
 use std::fmt::Write;
 
 use agglo_core::Scene;
+use agglo_core::assembly::{integrator, step_limits};
 use agglo_core::characteristics::{
     Equilibrium, PairCharacteristics, SuggestedStep, Survey, cutoff_of, suggest_step, survey,
 };
 use agglo_core::placement::place;
-use agglo_core::scene::{IntegratorKind, ModelKind};
+use agglo_core::scene::ModelKind;
 use agglo_core::state::{Particles, State};
 use agglo_record::channels::Effects;
 use serde_json::{Value, json};
@@ -92,7 +93,7 @@ impl<'a> Report<'a> {
                 row("pairs", format!("the extreme ones of {} kinds of spheres", self.survey.kinds));
             }
         }
-        let (initial, max, min) = self.scene.solver.step.limits();
+        let (initial, max, min) = step_limits(self.scene);
         let given = match self.scene.solver.step.fixed {
             Some(fixed) => format!("{} s, fixed", short(fixed)),
             None => format!("{} s, from {} to {} s", short(initial), short(min), short(max)),
@@ -157,7 +158,7 @@ impl<'a> Report<'a> {
                 "activation": p.law.activation,
             })
         };
-        let (initial, max, min) = self.scene.solver.step.limits();
+        let (initial, max, min) = step_limits(self.scene);
         let terms: serde_json::Map<String, Value> =
             terms(self.scene).into_iter().map(|(name, value)| (name.to_owned(), value.into())).collect();
         json!({
@@ -187,14 +188,6 @@ fn span(values: impl Iterator<Item = f64>) -> String {
     }
     let (low, high) = (short(low), short(high));
     if low == high { low } else { format!("{low} to {high}") }
-}
-
-/// The scene's integrator, or its model's.
-fn integrator(scene: &Scene) -> IntegratorKind {
-    scene.solver.integrator.unwrap_or(match scene.model {
-        ModelKind::Paper => IntegratorKind::BackwardEuler,
-        ModelKind::Consistent => IntegratorKind::VelocityVerlet,
-    })
 }
 
 /// The word that a scene uses for a choice.

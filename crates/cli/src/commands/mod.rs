@@ -14,3 +14,4 @@ pub mod replay;
 mod resume;
 pub mod run;
 pub mod schema;
+pub mod study;

@@ -9,6 +9,7 @@
 //! `planted`  differences planted into a log, each found where it is
 //! `render`   pictures: what they show, where, in which colours; what is refused; damaged logs
 //! `replay`   steps listed and verified, runs that go on: interrupted, cut off, killed
+//! `study`    speed against error: table, files, what is refused
 //! `readme`   every command of the README
 
 #![allow(clippy::unwrap_used)] // What is unexpected fails the test.
@@ -23,6 +24,7 @@ mod render;
 mod replay;
 mod runs;
 mod scenes;
+mod study;
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};

@@ -11,9 +11,10 @@ pub mod resolve;
 pub mod restitution;
 pub mod search;
 
+use crate::assembly::locates;
 use crate::domain::Wall;
 use crate::impact::Partner;
-use crate::scene::{self, ContactResolution, ImpactDuration, ModelKind};
+use crate::scene::{self, ContactResolution, ImpactDuration};
 use crate::state::{Columns, Particles};
 use crate::thermal::reaction::ReactionHeat;
 use friction::Friction;
@@ -51,7 +52,7 @@ impl ContactLaw {
             duration: contact.duration,
             reaction: scene.thermal.as_ref().and_then(ReactionHeat::new),
             rest_speed: contact.rest_speed.unwrap_or(REST_SPEED),
-            located: scene.model == ModelKind::Consistent && contact.resolution != Some(ContactResolution::Step),
+            located: locates(scene) && contact.resolution != Some(ContactResolution::Step),
         })
     }
 

@@ -5,10 +5,11 @@
 //! so that energy is continuous there. Reference: Zohdi 2004, section 2.
 
 use super::power::Power;
+use crate::assembly::locates;
 use crate::cells::Cells;
 use crate::domain::Periodic;
 use crate::neighbor::Neighbors;
-use crate::scene::{self, ModelKind, Scene, Weight};
+use crate::scene::{self, Scene, Weight};
 use crate::state::{Columns, Particles};
 
 /// One power-law term of the near field.
@@ -153,7 +154,7 @@ impl Field {
                 radius: particles.radius.clone(),
             }
         });
-        let located = scene.model == ModelKind::Consistent;
+        let located = locates(scene);
         let mut field = Self { groups, cutoff, switch, binding, periodic: *periodic, neighbors: Neighbors::All, located };
         field.neighbors = Neighbors::choose(field.reach(), start, periodic);
         Some(field)

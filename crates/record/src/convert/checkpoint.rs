@@ -1,6 +1,7 @@
 //! Checkpoints to messages and back, to the bit.
 
 use agglo_core::checkpoint::{Checkpoint, Counters};
+use agglo_core::collocation::Carried;
 use agglo_core::ledger::{Momentum, Totals};
 use agglo_core::state::{Columns, State};
 
@@ -28,6 +29,7 @@ pub fn checkpoint(checkpoint: &Checkpoint) -> v1::Checkpoint {
         initial_momentum,
         counters,
         notices_given,
+        collocation,
     } = checkpoint;
     let Totals {
         reaction_heat,
@@ -87,7 +89,30 @@ pub fn checkpoint(checkpoint: &Checkpoint) -> v1::Checkpoint {
             largest_momentum: Some(largest_momentum),
         }),
         notices_given: *notices_given,
+        carried: collocation.as_ref().map(carried),
     }
+}
+
+fn carried(carried: &Carried) -> v1::Carried {
+    let Carried { dt, accelerations, position_rest, velocity_rest } = carried;
+    v1::Carried {
+        dt: Some(*dt),
+        accelerations: accelerations.iter().filter_map(columns).collect(),
+        position_rest: columns(position_rest),
+        velocity_rest: columns(velocity_rest),
+    }
+}
+
+fn read_carried(message: v1::Carried) -> Result<Carried, Malformed> {
+    let v1::Carried { dt, accelerations, position_rest, velocity_rest } = message;
+    Ok(Carried {
+        dt: dt.ok_or_else(|| Malformed("a checkpoint without its last step's length".to_owned()))?,
+        accelerations: (accelerations.into_iter())
+            .map(|columns| read_columns(Some(columns), "accelerations at collocation points"))
+            .collect::<Result<_, _>>()?,
+        position_rest: read_columns(position_rest, "rests of positions")?,
+        velocity_rest: read_columns(velocity_rest, "rests of velocities")?,
+    })
 }
 
 fn read_columns(message: Option<v1::Columns>, what: &str) -> Result<Columns, Malformed> {
@@ -123,6 +148,7 @@ pub fn read_checkpoint(message: v1::Checkpoint) -> Result<Checkpoint, Malformed>
         initial_momentum,
         counters,
         notices_given,
+        carried,
     } = message;
     let missing = |what: &str| Malformed(format!("a checkpoint without its {what}"));
     let position = read_columns(position, "positions")?;
@@ -195,5 +221,6 @@ pub fn read_checkpoint(message: v1::Checkpoint) -> Result<Checkpoint, Malformed>
             largest_momentum: largest_momentum.ok_or_else(|| missing("largest momentum"))?,
         },
         notices_given,
+        collocation: carried.map(read_carried).transpose()?,
     })
 }

@@ -45,6 +45,25 @@ pub struct Checkpoint {
     /// What the time is rounded by, so that equal steps add up exactly \[s\].
     #[prost(double, optional, tag = "14")]
     pub time_rest: ::core::option::Option<f64>,
+    /// What the integrator carries from step to step; absent where it carries nothing.
+    #[prost(message, optional, tag = "15")]
+    pub carried: ::core::option::Option<Carried>,
+}
+/// What an integrator carries from step to step.
+#[derive(Clone, PartialEq, ::prost::Message)]
+pub struct Carried {
+    /// Length of the last step, 0 where there is none to predict from \[s\].
+    #[prost(double, optional, tag = "1")]
+    pub dt: ::core::option::Option<f64>,
+    /// Accelerations at the points of the last step, and at its end \[m/s^2\].
+    #[prost(message, repeated, tag = "2")]
+    pub accelerations: ::prost::alloc::vec::Vec<Columns>,
+    /// What the positions are rounded by \[m\].
+    #[prost(message, optional, tag = "3")]
+    pub position_rest: ::core::option::Option<Columns>,
+    /// What the velocities are rounded by \[m/s\].
+    #[prost(message, optional, tag = "4")]
+    pub velocity_rest: ::core::option::Option<Columns>,
 }
 /// One number per particle, in the unit of the field that holds it.
 #[derive(Clone, PartialEq, ::prost::Message)]

@@ -7,7 +7,8 @@ use serde::{Deserialize, Serialize};
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Solver {
-    /// Time integrator; default `backward-euler` in `paper`, `velocity-verlet` in `consistent`.
+    /// Time integrator; default `backward-euler` in `paper`; in `consistent` `gauss-legendre` where forces are smooth (a near
+    /// field without cut-off, no contact, binding or domain), else `velocity-verlet`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub integrator: Option<IntegratorKind>,
     /// How the coupled equations of a step are solved.
@@ -43,6 +44,10 @@ pub enum IntegratorKind {
     Trapezoidal,
     /// Second order, explicit in the positions.
     VelocityVerlet,
+    /// Eighth order, implicit, symmetric: collocation at four Gauss-Legendre points.
+    GaussLegendre,
+    /// Order 15, implicit: collocation at eight Gauss-Radau points.
+    GaussRadau,
 }
 
 /// How the coupled equations of a step are solved.
@@ -64,7 +69,8 @@ pub struct StepSize {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub initial: Option<f64>,
-    /// Largest step, the paper's dt_lim [s]; default 1e-2, or `initial` where that is larger.
+    /// Largest step, the paper's dt_lim [s]; default 1e-2 (5e-2 with `gauss-legendre` and `gauss-radau`), or `initial` where
+    /// that is larger.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub max: Option<f64>,

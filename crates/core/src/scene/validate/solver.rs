@@ -7,10 +7,10 @@ const LONGEST_LOG: f64 = 9.2e9;
 
 pub(super) fn check(scene: &Scene, problems: &mut Vec<Problem>) {
     let solver = &scene.solver;
-    if solver.method == SolutionMethod::Newton {
+    if solver.method == SolutionMethod::Newton && scene.model == ModelKind::Paper {
         problems.push(
-            Problem::new("/solver/method", "Newton's method is not available in this version")
-                .hint("write \"staggered\", or leave \"method\" out"),
+            Problem::new("/solver/method", "the model `paper` is solved by its staggered iteration alone")
+                .hint("leave \"method\" out, or choose the model \"consistent\""),
         );
     }
     if scene.model == ModelKind::Paper && solver.integrator.is_some_and(|i| i != IntegratorKind::BackwardEuler) {

@@ -1,0 +1,37 @@
+//! The cases of `docs/accuracy.md`: a scene each, and what is tried beyond the usual.
+
+use agglo_core::scene::IntegratorKind;
+
+/// A case.
+#[derive(Debug)]
+pub struct Case {
+    /// Its name, that of its page.
+    pub name: &'static str,
+    /// Its scene.
+    pub scene: &'static str,
+    /// Implicit schemes that are also solved by Newton's method.
+    pub newton: &'static [IntegratorKind],
+}
+
+/// All cases, in the order of the page.
+pub const CASES: &[Case] = &[
+    Case {
+        name: "two-body",
+        scene: include_str!("cases/two-body.json"),
+        newton: &[IntegratorKind::BackwardEuler, IntegratorKind::Trapezoidal, IntegratorKind::GaussLegendre],
+    },
+    Case { name: "ten-body", scene: include_str!("cases/ten-body.json"), newton: &[] },
+];
+
+#[cfg(test)]
+mod tests {
+    use super::CASES;
+
+    #[test]
+    fn every_case_is_a_scene() {
+        for case in CASES {
+            let scene = agglo_core::Scene::parse(case.scene, &[]);
+            assert!(scene.is_ok_and(|scene| scene.description.is_some()), "{}", case.name);
+        }
+    }
+}
