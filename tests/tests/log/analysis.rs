@@ -408,10 +408,7 @@ fn iterations_are_those_of_the_run() {
 
 #[test]
 fn rejected_attempts_are_counted_by_cause() {
-    let far = with(
-        &shipped("head-on-impact"),
-        &[("/solver", json!({ "step": { "initial": 0.2, "max": 0.2 } }))],
-    );
+    let far = with(&shipped("head-on-impact"), &[("/solver", json!({ "step": { "initial": 0.2, "max": 0.2 } }))]);
     let coarse = with(
         &shipped("two-body-oscillator"),
         &[("/solver", json!({ "step": { "initial": 1.0, "max": 1.0 }, "tolerance": { "position": 1e-5 } }))],
