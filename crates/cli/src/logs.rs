@@ -28,6 +28,10 @@ pub fn failure(path: &Path, error: &LogError) -> Failure {
         LogError::Io(error) if error.kind() == std::io::ErrorKind::IsADirectory => {
             Message::new(format!("{name} is a folder; a log is a file")).hint("name a file in it")
         }
+        LogError::Io(error) if error.kind() == std::io::ErrorKind::NotFound && path == Path::new("-") => {
+            Message::new("a log cannot come from standard input: its index stands at its end")
+                .hint("save it to a file, and name that")
+        }
         LogError::Io(error) => {
             let message = Message::new(format!("cannot read the log {name}: {error}"));
             match left_behind(path).filter(|_| error.kind() == std::io::ErrorKind::NotFound) {

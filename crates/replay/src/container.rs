@@ -1,10 +1,13 @@
 //! The file below the messages: records, chunks and attachments, read piece by piece and never beyond the file's size.
 
+mod unpack;
+
 use std::collections::BTreeMap;
 use std::io::{Read, Seek, SeekFrom};
 
 use mcap::records::op;
 
+use self::unpack::{SMALL, Unpacker};
 use crate::error::{Damage, LogError};
 use crate::records::{self, ChunkHead, Fields};
 use crate::summary::{self, Index};
@@ -12,12 +15,9 @@ use crate::summary::{self, Index};
 /// Opcode and length of a record [bytes].
 const RECORD_HEAD: u64 = 1 + 8;
 
-/// A chunk may claim this much uncompressed data whatever its size in the file [bytes]: chunks are closed near 1 MiB.
-const SMALL_CHUNK: u64 = 64 * 1024 * 1024;
-
-/// Larger chunks hold a single step of very many particles, whose mantissas do not compress by such a factor. A claim
-/// beyond it is damage, and is not given memory.
-const LARGEST_RATIO: u64 = 64;
+/// A chunk that holds a single step of very many particles may be larger by this for each of them [bytes]; states take 68,
+/// and the impacts of a step some hundred.
+const PARTICLE: u64 = 4 * 1024;
 
 /// A part that cannot be read: lost, or the device fails.
 pub enum Fault {
@@ -82,7 +82,9 @@ pub struct Container<R> {
     packed: Vec<u8>,
     /// Records of a chunk; memory that is used again.
     spare: Vec<u8>,
-    zstd: Option<zstd::bulk::Decompressor<'static>>,
+    unpacker: Unpacker,
+    /// Memory that a part may be given [bytes].
+    limit: u64,
 }
 
 impl<R: Read + Seek> Container<R> {
@@ -104,7 +106,8 @@ impl<R: Read + Seek> Container<R> {
             noted: Vec::new(),
             packed: Vec::new(),
             spare: Vec::new(),
-            zstd: None,
+            unpacker: Unpacker::default(),
+            limit: SMALL,
         };
         let data = container.prologue()?;
         match summary::read(&mut container.reader, size) {
@@ -119,6 +122,16 @@ impl<R: Read + Seek> Container<R> {
             }
         }
         Ok(container)
+    }
+
+    /// Allows parts as large as a run of `n` particles may need.
+    pub fn allow(&mut self, n: u64) {
+        self.limit = SMALL.saturating_add(n.saturating_mul(PARTICLE));
+    }
+
+    /// The largest message that makes sense [bytes]: chunks of ours are closed behind a step at 1 MiB.
+    pub fn largest_message(&self) -> usize {
+        usize::try_from(self.limit - SMALL + (1 << 20)).unwrap_or(usize::MAX)
     }
 
     /// Reads what stands before the first chunk, and returns where that is.
@@ -153,15 +166,17 @@ impl<R: Read + Seek> Container<R> {
             return Ok(());
         }
         self.noted.push(offset);
-        let body = match self.body(offset, length) {
+        // Of an attachment, its content is read when it is asked for.
+        let wanted = if opcode == op::METADATA { length } else { length.min(records::ATTACHMENT_HEAD) };
+        let body = match self.body(offset, wanted) {
             Ok(body) => body,
             Err(Fault::Io(error)) => return Err(error.into()),
             Err(Fault::Lost(_)) => Vec::new(),
         };
         let known = match opcode {
             op::METADATA => records::metadata(&body).map(|(name, map)| drop(self.metadata.insert(name, map))),
-            _ => records::attachment(&body).map(|found| {
-                self.attachments.push(AttachmentRef { name: found.name.to_owned(), offset, length });
+            _ => records::attachment_name(&body, length).map(|name| {
+                self.attachments.push(AttachmentRef { name: name.to_owned(), offset, length });
             }),
         };
         if known.is_none() {
@@ -175,7 +190,7 @@ impl<R: Read + Seek> Container<R> {
     fn scan(&mut self, mut offset: u64) -> Result<Option<Damage>, LogError> {
         loop {
             if offset == self.size {
-                let what = "the log ends here, without its end mark: the run was cut off".to_owned();
+                let what = "the log ends here, without its end mark: the run was cut off, or still goes on".to_owned();
                 return Ok(Some(Damage { offset, what }));
             }
             let next = match self.head(offset)? {
@@ -249,7 +264,8 @@ impl<R: Read + Seek> Container<R> {
 
     /// Opcode and length of the record at `offset`; `None` where no whole record stands there.
     fn head(&mut self, offset: u64) -> Result<Option<(u8, u64)>, LogError> {
-        let Some(left) = self.size.checked_sub(offset + RECORD_HEAD) else { return Ok(None) };
+        let end = offset.checked_add(RECORD_HEAD);
+        let Some(left) = end.and_then(|end| self.size.checked_sub(end)) else { return Ok(None) };
         let mut head = [0; RECORD_HEAD as usize];
         self.reader.seek(SeekFrom::Start(offset))?;
         self.reader.read_exact(&mut head)?;
@@ -261,6 +277,9 @@ impl<R: Read + Seek> Container<R> {
     /// The body of the record at `offset`.
     fn body(&mut self, offset: u64, length: u64) -> Result<Vec<u8>, Fault> {
         // `head` has checked that the file holds this many bytes.
+        if length > self.limit {
+            return Err(Fault::Lost(format!("its {length} bytes are above the limit of {} bytes", self.limit)));
+        }
         let mut body = vec![0; usize::try_from(length).map_err(|_| Fault::Lost("it is too long".to_owned()))?];
         self.reader.seek(SeekFrom::Start(offset + RECORD_HEAD))?;
         self.reader.read_exact(&mut body)?;
@@ -353,40 +372,18 @@ impl<R: Read + Seek> Container<R> {
         if opcode != op::CHUNK || length + RECORD_HEAD != chunk.length {
             return Err(lost("the index points to something else"));
         }
+        // What does not compress takes a little more room packed.
+        if length > self.limit + self.limit / 64 {
+            return Err(Fault::Lost(format!("its {length} bytes are above the limit of {} bytes", self.limit)));
+        }
         let length = usize::try_from(length).map_err(|_| lost("it is too long"))?;
         self.packed.resize(length, 0);
         self.reader.seek(SeekFrom::Start(chunk.offset + RECORD_HEAD))?;
         self.reader.read_exact(&mut self.packed)?;
         let head = records::chunk(&self.packed, length as u64).ok_or_else(|| lost("its head makes no sense"))?;
-        let packed = &self.packed[head.records..];
-        let limit = chunk.length.saturating_mul(LARGEST_RATIO).max(SMALL_CHUNK);
-        if head.uncompressed_size > limit {
-            let size = head.uncompressed_size;
-            return Err(Fault::Lost(format!("it claims {size} bytes of records, above the limit of {limit} bytes")));
-        }
-        let size = head.uncompressed_size as usize;
         let mut records = std::mem::take(&mut self.spare);
         records.clear();
-        match head.compression.as_str() {
-            "zstd" => {
-                records.reserve(size);
-                let decompressor = match &mut self.zstd {
-                    Some(decompressor) => decompressor,
-                    none => none.insert(zstd::bulk::Decompressor::new()?),
-                };
-                // Decompresses into the room that is there and not beyond it.
-                decompressor.decompress_to_buffer(packed, &mut records).map_err(|_| lost("it does not decompress"))?;
-            }
-            "lz4" => {
-                let decoder = lz4::Decoder::new(packed).map_err(|_| lost("it does not decompress"))?;
-                let read = decoder.take(size as u64 + 1).read_to_end(&mut records);
-                read.map_err(|_| lost("it does not decompress"))?;
-            }
-            _ => records.extend_from_slice(packed),
-        }
-        if records.len() != size {
-            return Err(Fault::Lost(format!("it holds {} bytes of records and claims {size}", records.len())));
-        }
+        self.unpacker.unpack(&head, &self.packed[head.records..], self.limit, &mut records)?;
         if head.crc != 0 && crc32fast::hash(&records) != head.crc {
             return Err(lost("its checksum does not hold"));
         }
@@ -420,3 +417,6 @@ fn check_magic<R: Read + Seek>(reader: &mut R, size: u64) -> Result<(), LogError
         _ => "it does not begin as one",
     }))
 }
+
+#[cfg(test)]
+mod tests;

@@ -22,6 +22,29 @@ use crate::steps::Steps;
 /// people write 0.3 [-].
 const SAME_TIME: f64 = 1e-9;
 
+/// Particles that a log may claim without its scene being asked: the memory that they may take is small.
+const UNQUESTIONED: u64 = 8192;
+
+/// How many particles a scene has, read without keeping any; none where it makes no sense.
+fn particles_of(scene: &[u8]) -> u64 {
+    #[derive(serde::Deserialize)]
+    struct Outline {
+        particles: Source,
+    }
+    #[derive(serde::Deserialize)]
+    struct Source {
+        random_cube: Option<Cube>,
+        list: Option<Vec<serde::de::IgnoredAny>>,
+    }
+    #[derive(serde::Deserialize)]
+    struct Cube {
+        count: u64,
+    }
+    let Ok(Outline { particles }) = serde_json::from_slice(scene) else { return 0 };
+    let listed = particles.list.map_or(0, |list| list.len() as u64);
+    particles.random_cube.map_or(listed, |cube| cube.count)
+}
+
 /// A log that can be read.
 pub struct Log<R> {
     pub(crate) container: Container<R>,
@@ -42,8 +65,13 @@ impl Log<BufReader<File>> {
     /// A file that cannot be read, that is no log of agglo, or one of a format that this version does not know.
     pub fn open(path: impl AsRef<Path>) -> Result<Self, LogError> {
         let path = path.as_ref();
-        if path.is_dir() {
+        let kind = std::fs::metadata(path)?.file_type();
+        if kind.is_dir() {
             return Err(LogError::Io(std::io::ErrorKind::IsADirectory.into()));
+        }
+        if !kind.is_file() {
+            let what = "it is a pipe or a device, and the index of a log stands at its end: save it to a file first";
+            return Err(LogError::Io(std::io::Error::new(std::io::ErrorKind::InvalidInput, what)));
         }
         Self::new(BufReader::with_capacity(64 * 1024, File::open(path)?))
     }
@@ -61,6 +89,12 @@ impl<R: Read + Seek> Log<R> {
             Some(Ok(run)) => run,
             unusable => Self::guess_run(&mut container, unusable)?,
         };
+        container.allow(run.particles);
+        if run.particles > UNQUESTIONED {
+            // Memory for many particles is given where the scene has them too.
+            let scene = container.attachment(run::SCENE).ok().flatten();
+            container.allow(scene.map_or(UNQUESTIONED, |scene| particles_of(&scene).min(run.particles)));
+        }
         let mut log = Self { container, channels: Channels::new(), run };
         log.channels = log.find_channels()?;
         Ok(log)
@@ -84,6 +118,8 @@ impl<R: Read + Seek> Log<R> {
             }
         }
         let lost = container.damage.first().cloned().unwrap_or(Damage { offset: 0, what: error.to_string() });
+        // A particle that a scene lists takes some hundred bytes there.
+        container.allow(container.size / 100);
         let unknown = || BuildInfo { version: "unknown".to_owned(), commit: "unknown".to_owned() };
         let json = match container.attachment(run::SCENE) {
             Ok(Some(bytes)) => String::from_utf8(bytes).ok(),
@@ -161,14 +197,33 @@ impl<R: Read + Seek> Log<R> {
     /// A device that fails.
     pub fn file_damage(&mut self) -> Result<Vec<Damage>, LogError> {
         let mut damage = Vec::new();
-        for found in [self.container.check_data(), self.scene_json().map(drop)] {
+        let data = self.container.check_data().map(|()| None);
+        for found in [data, self.scene_json().map(Some)] {
             match found {
-                Ok(()) => {}
+                Ok(None) => {}
+                Ok(Some(scene)) => damage.extend(self.contradiction(&scene)),
                 Err(LogError::Damaged(lost)) => damage.push(lost),
                 Err(other) => return Err(other),
             }
         }
         Ok(damage)
+    }
+
+    /// What the metadata record says otherwise than the scene.
+    fn contradiction(&self, json: &str) -> Option<Damage> {
+        let scene = Scene::parse(json, &[]).ok()?;
+        let n = Effects::of(&scene).ok()?.particles;
+        let (said, RunInfo { seed, model, particles, time_scale, .. }) =
+            (&self.run, RunInfo::new(&scene, json, n, &self.run.build));
+        let pairs = [
+            ("n", said.particles.to_string(), particles.to_string()),
+            ("seed", said.seed.to_string(), seed.to_string()),
+            ("model", said.model.clone(), model),
+            ("time_scale", said.time_scale.to_string(), time_scale.to_string()),
+        ];
+        let (key, said, scene) = pairs.into_iter().find(|(_, said, scene)| said != scene)?;
+        let what = format!("the metadata record `run` says that {key} is {said}, and the scene that it is {scene}");
+        Some(Damage { offset: 0, what })
     }
 
     /// The content of an attachment; `None` where the log has none of that name.

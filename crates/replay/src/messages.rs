@@ -77,6 +77,9 @@ impl Message {
 
     pub(crate) fn decode(topic: Topic, data: &[u8]) -> Result<Entry, Malformed> {
         let cut = |error: prost::DecodeError| Malformed(error.to_string());
+        if matches!(topic, Topic::Impacts | Topic::Diagnostics) && wire::is_hollow(data) {
+            return Err(Malformed("thousands of its parts say nothing".to_owned()));
+        }
         Ok(match topic {
             Topic::ParticlesStatic => {
                 let message = v1::ParticleStatic::decode(data).map_err(cut)?;
@@ -190,6 +193,8 @@ pub struct RawMessages<'a, R> {
     open: Option<(ChunkRef, ChunkReader)>,
     /// Damage known from the start, which comes up at the end.
     known: Vec<Damage>,
+    /// The largest message that makes sense [bytes].
+    largest: usize,
 }
 
 /// What came out of one record.
@@ -204,8 +209,8 @@ impl<'a, R: Read + Seek> RawMessages<'a, R> {
     pub(crate) fn new(log: &'a mut Log<R>, chunks: std::ops::Range<usize>) -> Self {
         let chunks: Vec<ChunkRef> = log.container.chunks[chunks].iter().rev().copied().collect();
         let known = log.container.damage.iter().rev().cloned().collect();
-        let channels = log.channels.clone();
-        Self { log, only: None, channels, chunks, open: None, known }
+        let (channels, largest) = (log.channels.clone(), log.container.largest_message());
+        Self { log, only: None, channels, chunks, open: None, known, largest }
     }
 
     /// The same, with the messages of these topics only; the others are not even copied.
@@ -228,7 +233,7 @@ impl<'a, R: Read + Seek> RawMessages<'a, R> {
 }
 
 /// Reads one record of a chunk.
-fn examine(channels: &Channels, only: Option<&[Topic]>, opcode: u8, body: &[u8]) -> Step {
+fn examine(channels: &Channels, only: Option<&[Topic]>, largest: usize, opcode: u8, body: &[u8]) -> Step {
     match opcode {
         op::CHANNEL => match records::channel(body) {
             Some((id, _, topic)) => Step::Channel(id, Channel::named(topic)),
@@ -244,6 +249,10 @@ fn examine(channels: &Channels, only: Option<&[Topic]>, opcode: u8, body: &[u8])
             };
             if only.is_some_and(|only| channel.topic.is_none_or(|topic| !only.contains(&topic))) {
                 return Step::Nothing;
+            }
+            if data.len() > largest {
+                let (name, size) = (&channel.name, data.len());
+                return Step::Malformed(format!("{size} bytes on {name}, more than all particles need"));
             }
             let word = |at: usize| u64::from_le_bytes(std::array::from_fn(|k| head[at + k]));
             Step::Message(RawMessage {
@@ -278,9 +287,11 @@ impl<R: Read + Seek> Iterator for RawMessages<'_, R> {
                 let what = format!("a chunk of {} bytes is lost: {what}", chunk.length);
                 LogError::Damaged(Damage { offset: chunk.offset, what })
             };
-            let (channels, only) = (&self.channels, self.only.as_deref());
-            let record =
-                self.log.container.next_record(&mut reader, |opcode, body| examine(channels, only, opcode, body));
+            let (channels, only, largest) = (&self.channels, self.only.as_deref(), self.largest);
+            let record = self
+                .log
+                .container
+                .next_record(&mut reader, |opcode, body| examine(channels, only, largest, opcode, body));
             match record {
                 None => {}
                 Some(Err(Fault::Lost(why))) => return Some(Err(lost(why))),

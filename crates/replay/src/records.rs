@@ -58,23 +58,35 @@ pub fn metadata(body: &[u8]) -> Option<(String, BTreeMap<String, String>)> {
 
 /// An attachment.
 pub struct Attachment<'a> {
-    pub name: &'a str,
     pub data: &'a [u8],
     /// Whether its checksum holds; zero stands for one that was not taken.
     pub intact: bool,
+}
+
+/// Length of what stands before the content of an attachment, at most [bytes]: names and media types of ours are short.
+pub const ATTACHMENT_HEAD: u64 = 8 + 8 + 4 + 4096 + 4 + 4096 + 8;
+
+/// The name of an attachment whose record of `length` bytes begins with `body`; the rest must be its content.
+pub fn attachment_name(body: &[u8], length: u64) -> Option<&str> {
+    let mut fields = Fields(body);
+    let (_log_time, _create_time) = (fields.u64()?, fields.u64()?);
+    let (name, _media_type) = (fields.text()?, fields.text()?);
+    let content = fields.u64()?;
+    let head = (body.len() - fields.0.len()) as u64;
+    (head.checked_add(content)?.checked_add(4)? == length).then_some(name)
 }
 
 /// Takes an attachment apart.
 pub fn attachment(body: &[u8]) -> Option<Attachment<'_>> {
     let mut fields = Fields(body);
     let (_log_time, _create_time) = (fields.u64()?, fields.u64()?);
-    let (name, _media_type) = (fields.text()?, fields.text()?);
+    let (_name, _media_type) = (fields.text()?, fields.text()?);
     let length = fields.u64()?;
     let data = fields.bytes(length)?;
     let covered = body.len() - fields.0.len();
     let stored = fields.u32()?;
     let intact = stored == 0 || crc32fast::hash(body.get(..covered)?) == stored;
-    fields.0.is_empty().then_some(Attachment { name, data, intact })
+    fields.0.is_empty().then_some(Attachment { data, intact })
 }
 
 /// Number and topic of a channel record, and the number of its schema.

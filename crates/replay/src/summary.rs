@@ -12,6 +12,9 @@ use crate::records::{self, Fields};
 /// Footer record and end mark: opcode, length, start of the summary, start of its offsets, checksum, magic.
 const TAIL: u64 = 1 + 8 + 8 + 8 + 4 + 8;
 
+/// An index may be this long whatever the size of its log [bytes].
+const LONGEST: u64 = 16 * 1024 * 1024;
+
 /// The index of a log.
 pub struct Index {
     /// Where it begins [byte]; the data end just before.
@@ -46,16 +49,20 @@ pub fn read<R: Read + Seek>(reader: &mut R, size: u64) -> Result<Index, Fault> {
     if opcode != mcap::records::op::FOOTER || length != 20 {
         return Err(lost("the footer is damaged"));
     }
+    if start == 0 {
+        return Err(lost("there is none"));
+    }
     if start < magic || start > tail_start {
         return Err(lost("the footer points outside the file"));
+    }
+    // A chunk has an entry of some hundred bytes and stands for thousands.
+    if tail_start - start > LONGEST.max(size / 64) {
+        return Err(lost("it is too long"));
     }
     // The checksum covers the summary and the footer up to the checksum itself.
     // Zero stands for a checksum that was not taken.
     if stored != 0 && checksum(reader, start, tail_start + 25)? != stored {
         return Err(lost("its checksum does not hold"));
-    }
-    if start == 0 {
-        return Err(lost("there is none"));
     }
     let mut bytes = vec![0; usize::try_from(tail_start - start).map_err(|_| lost("it is too long"))?];
     reader.seek(SeekFrom::Start(start))?;
@@ -98,7 +105,11 @@ fn parse(start: u64, bytes: &[u8]) -> Option<Index> {
             _ => {}
         }
     }
-    chunks.sort_by_key(|chunk| chunk.offset);
+    chunks.sort_by_key(|chunk: &ChunkRef| chunk.offset);
+    // Chunks that overlap, or stand there twice, would be read over and over.
+    if chunks.windows(2).any(|pair| pair[0].offset.saturating_add(pair[0].length) > pair[1].offset) {
+        return None;
+    }
     let named =
         |(id, (topic, schema)): (u16, (String, u16))| (id, (topic, schemas.get(&schema).cloned().unwrap_or_default()));
     Some(Index { start, chunks, channels: channels.into_iter().map(named).collect(), counts, others })

@@ -4,9 +4,9 @@ use std::io::{Read, Seek};
 
 use agglo_core::checkpoint::Checkpoint;
 use agglo_core::observer::{Flow, Observer, ObserverError, StepReport};
-use agglo_core::scene::Problem;
+use agglo_core::scene::{Problem, Scene};
 use agglo_core::{RunError, SetupError, Simulation};
-use agglo_record::channels::{CHANNELS, Topic};
+use agglo_record::channels::{CHANNELS, Effects, Topic};
 use agglo_record::encoder::{Encoded, Encoder};
 
 use crate::error::{Damage, LogError};
@@ -95,17 +95,19 @@ impl From<SetupError> for VerifyError {
 }
 
 impl<R: Read + Seek> Log<R> {
-    /// Solves the run again from the last checkpoint at or before `from` [s], and compares every message from there on
-    /// with the log. `watch` sees every step and stops the comparison by returning false.
+    /// Solves the run again from the last checkpoint at or before `from` [s] behind which the log goes on, and compares
+    /// every message from there on with the log. `watch` sees every step and stops the comparison by returning false.
     ///
     /// # Errors
-    /// A log without a scene or a checkpoint, a device that fails. Differences and damage are part of the answer.
+    /// A log without a scene, or one whose particles are others than its scene's; a device that fails. Differences and
+    /// damage are part of the answer.
     pub fn verify(
         &mut self,
         from: f64,
         mut watch: impl FnMut(&StepReport<'_>) -> bool,
     ) -> Result<Verification, VerifyError> {
         let scene = self.scene()?;
+        self.meets(&scene)?;
         let start = self.checkpoint_before(from)?;
         let mut simulation = Simulation::new(&scene)?;
         let mut encoder =
@@ -146,25 +148,53 @@ impl<R: Read + Seek> Log<R> {
         Ok(done)
     }
 
-    /// The last checkpoint at or before a time, but not the start, which the scene itself gives.
+    /// The last checkpoint at or before a time behind which there is a step, but not the start, which the scene itself
+    /// gives. Runs end with a checkpoint: from there, nothing could be compared.
     fn checkpoint_before(&mut self, t: f64) -> Result<Option<Checkpoint>, LogError> {
-        let mut found = None;
+        let (mut found, mut latest) = (None, None);
         if t <= 0.0 {
             return Ok(found);
         }
-        for entry in self.messages().only(&[Topic::Checkpoint]) {
+        for entry in self.messages().only(&[Topic::Diagnostics, Topic::Checkpoint]) {
             match entry {
-                Ok(entry) if entry.t > t => break,
-                Ok(entry) => {
-                    if let Message::Checkpoint(checkpoint) = entry.message {
-                        found = (checkpoint.step > 0).then_some(*checkpoint);
+                Ok(entry) => match entry.message {
+                    Message::Checkpoint(checkpoint) if entry.t <= t => {
+                        latest = (checkpoint.step > 0).then_some(*checkpoint);
                     }
-                }
+                    _ => {
+                        if latest.is_some() {
+                            found = latest.take();
+                        }
+                        if entry.t > t {
+                            break;
+                        }
+                    }
+                },
                 Err(LogError::Damaged(_)) => {}
                 Err(other) => return Err(other),
             }
         }
         Ok(found)
+    }
+}
+
+impl<R: Read + Seek> Log<R> {
+    /// That a scene has as many particles as its log: before they are placed, which takes memory for all of them.
+    pub(crate) fn meets(&mut self, scene: &Scene) -> Result<(), LogError> {
+        let expected = Effects::of(scene).map_or(0, |effects| effects.particles);
+        match self.particles() {
+            Ok(particles) if particles.len() != expected => Err(LogError::Damaged(Damage {
+                offset: 0,
+                what: format!("the scene has {expected} particles, the log {}", particles.len()),
+            })),
+            Err(LogError::Io(error)) => Err(error.into()),
+            // Where they are lost, what the metadata say must do.
+            Err(_) if self.run().particles != expected as u64 => Err(LogError::Damaged(Damage {
+                offset: 0,
+                what: format!("the scene has {expected} particles, the log {}", self.run().particles),
+            })),
+            _ => Ok(()),
+        }
     }
 }
 

@@ -6,7 +6,9 @@ use agglo_replay::diff::{Profile, Tolerances, Verdict};
 use agglo_replay::recover::recover;
 use agglo_replay::{Damage, Log, LogError, Message, analysis, diff, export};
 
+use crate::kept::kept;
 use crate::story::{EVERYTHING, Kind, NOTHING, Numbers, log};
+use crate::verify::rewrite;
 
 /// What a full reading of some bytes finds: the steps whose states are whole, and what is lost.
 fn read(bytes: &[u8]) -> Result<(Vec<u64>, Vec<Damage>), LogError> {
@@ -128,17 +130,28 @@ fn read_in_every_way(bytes: &[u8], whole: &[u8]) {
     }
 }
 
-/// How many logs are mangled; `AGGLO_MUTATIONS=1000000` looks longer.
-fn mutations() -> u32 {
-    std::env::var("AGGLO_MUTATIONS").map_or(3000, |count| count.parse().expect("a number"))
+/// How many logs are mangled, and where the random numbers begin: `AGGLO_MUTATIONS=1000000 AGGLO_MUTATION_SEED=8` looks
+/// longer, and elsewhere. Where a panic says nothing of it, this is what was mangled.
+fn mutations() -> (u32, Numbers) {
+    let number = |name: &str, usual: u64| std::env::var(name).map_or(usual, |text| text.parse().expect("a number"));
+    (number("AGGLO_MUTATIONS", 3000) as u32, Numbers::new(number("AGGLO_MUTATION_SEED", 7)))
+}
+
+/// The logs that are mangled: one of every kind that is kept, and one of which every byte counts.
+fn corpus() -> Vec<Vec<u8>> {
+    let mut logs: Vec<Vec<u8>> = kept().into_values().map(|(bytes, _)| bytes).collect();
+    logs.push(small());
+    logs
 }
 
 #[test]
 fn mangled_logs_never_make_it_panic() {
-    let whole = small();
-    let mut numbers = Numbers::new(7);
+    let corpus = corpus();
+    let (count, mut numbers) = mutations();
     let mut upto = |n: usize| (numbers.next().abs() * n as f64) as usize;
-    for _ in 0..mutations() {
+    for k in 0..count {
+        // The small one is quickest, and mangled most.
+        let whole = if k % 20 == 0 { &corpus[upto(corpus.len())] } else { &corpus[corpus.len() - 1] };
         let mut bytes = whole.clone();
         for _ in 0..=upto(6) {
             let (place, value) = (upto(bytes.len()), upto(256) as u8);
@@ -150,7 +163,43 @@ fn mangled_logs_never_make_it_panic() {
                 _ => bytes.iter_mut().skip(place).take(8).for_each(|byte| *byte = 0xff),
             }
         }
-        read_in_every_way(&bytes, &whole);
+        read_in_every_way(&bytes, whole);
+    }
+}
+
+#[test]
+fn mangled_messages_under_right_checksums_never_make_it_panic() {
+    let corpus = corpus();
+    let (count, mut numbers) = mutations();
+    let mut upto = |n: usize| (numbers.next().abs() * n as f64) as usize;
+    for _ in 0..count / 10 {
+        let whole = &corpus[upto(corpus.len())];
+        let messages = Log::new(Cursor::new(whole)).unwrap().raw_messages().count();
+        let (mut at, chosen) = (0, upto(messages));
+        let bytes = rewrite(whole, |mut message| {
+            at += 1;
+            let length = message.data.len().max(1);
+            for _ in 0..if at == chosen + 1 { 1 + upto(4) } else { 0 } {
+                let (place, value) = (upto(length), upto(256) as u8);
+                match upto(4) {
+                    0 => message.data.truncate(place),
+                    1 => message.data.extend_from_within(..place.min(message.data.len())),
+                    2 => message.data.iter_mut().skip(place).take(8).for_each(|byte| *byte = 0xff),
+                    _ => message.data.iter_mut().skip(place).take(1).for_each(|byte| *byte = value),
+                }
+            }
+            vec![message]
+        });
+        // What they say is not judged here: only that nothing panics, and that going on from any checkpoint ends.
+        let mut log = Log::new(Cursor::new(&bytes[..])).unwrap();
+        let _ = (read(&bytes), log.analyze(&analysis::Options::default(), &mut ()));
+        let _ = (log.verify(0.0, |_| false), log.verify(1e9, |_| false), log.resumption(1.0, 1.0));
+        let _ = export::states(&mut log, export::At::All, |_, _| Ok(0));
+        let _ = recover(&mut log, std::io::sink());
+        let mut original = Log::new(Cursor::new(&whole[..])).unwrap();
+        for profile in [Profile::Exact, Profile::State] {
+            let _ = diff::diff(&mut log, &mut original, profile, Tolerances::default(), |_, _| ());
+        }
     }
 }
 

@@ -10,7 +10,7 @@ pub struct ReplayArgs {
     /// Log file
     pub log: PathBuf,
     /// Time to begin at [s]; with --verify the last checkpoint at or before it [default: the start]
-    #[arg(long, value_name = "T", value_parser = time)]
+    #[arg(long, value_name = "T", value_parser = time, allow_negative_numbers = true)]
     pub from: Option<f64>,
     /// Solve the run again and compare every message bit for bit
     #[arg(long)]

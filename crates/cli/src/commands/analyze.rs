@@ -62,7 +62,8 @@ pub fn analyze(args: &AnalyzeArgs, terminal: &Terminal) -> CommandResult {
         let html = report::html(&analysis, &args.log.display().to_string()).map_err(|error| drawn(&error))?;
         write(output, |to| to.write_all(html.as_bytes()))?;
     }
-    if args.json.is_none() && args.csv.is_none() && args.plot.is_none() && args.report.is_none() {
+    let piped = [&args.json, &args.plot, &args.report].into_iter().flatten().any(|to| to.path().is_none());
+    if !piped {
         output::write_all(&Target::Standard, false, text::text(args, &analysis).as_bytes())?;
     }
     Ok(conclude(args, &analysis, terminal))

@@ -223,6 +223,11 @@ fn verify(mut log: Log<BufReader<File>>, args: &ReplayArgs, terminal: &Terminal)
         Err(VerifyError::Log(error)) => return Err(logs::failure(&args.log, &error)),
         Err(error) => return Err(Failure::Input(Message::new(format!("{name}: {error}")).file(&name))),
     };
+    if done.mismatch.is_none() && done.messages == 0 && !interrupt.asked() {
+        logs::warn(&args.log, &done.damage, terminal);
+        let text = format!("{name} holds nothing behind its start that could be compared");
+        return Err(Failure::Input(Message::new(text).file(&name)));
+    }
     let text = if args.json {
         format!("{:#}\n", verification_json(&done, same_build, duration))
     } else {
@@ -235,10 +240,6 @@ fn verify(mut log: Log<BufReader<File>>, args: &ReplayArgs, terminal: &Terminal)
     }
     if interrupt.asked() {
         return Ok(Success::Interrupted);
-    }
-    if done.messages == 0 {
-        let text = format!("{name} holds nothing that could be compared");
-        return Err(Failure::Input(Message::new(text).file(&name)));
     }
     Ok(success(&done.damage))
 }

@@ -5,6 +5,8 @@
 //! `runs`     runs and their logs: summary, streams, interruption, failure, the same bytes every time
 //! `files`    what is read and written: overwriting, folders, full disks, closed pipes
 //! `logs`     `info` and `export`, on whole and damaged logs
+//! `analyze`  pages, tables, reports, and what a log says that is not so
+//! `bombs`    logs that are built to take memory: every command stays below 256 MiB
 //! `diff`     verdicts, tolerances, ensembles, the commands of docs/ci.md
 //! `planted`  differences planted into a log, each found where it is
 //! `render`   pictures: what they show, where, in which colours; what is refused; damaged logs
@@ -14,6 +16,8 @@
 
 #![allow(clippy::unwrap_used)] // What is unexpected fails the test.
 
+mod analyze;
+mod bombs;
 mod diff;
 mod files;
 mod help;

@@ -11,14 +11,16 @@ use prost::Message;
 use super::{CLOUD, Folder};
 
 /// What is in a log, apart.
-pub(super) struct Parts {
-    metadata: std::collections::BTreeMap<String, String>,
-    scene: Vec<u8>,
-    messages: Vec<RawMessage>,
+pub struct Parts {
+    pub metadata: std::collections::BTreeMap<String, String>,
+    pub scene: Vec<u8>,
+    pub messages: Vec<RawMessage>,
 }
 
+type Writer<'a> = mcap::Writer<&'a mut Cursor<Vec<u8>>>;
+
 impl Parts {
-    pub(super) fn of(bytes: &[u8]) -> Self {
+    pub fn of(bytes: &[u8]) -> Self {
         let mut log = Log::new(Cursor::new(bytes)).unwrap();
         Self {
             metadata: log.run().to_map(),
@@ -28,33 +30,42 @@ impl Parts {
     }
 
     /// The log made of them; chunks are closed by size alone.
-    pub(super) fn write(&self) -> Vec<u8> {
+    pub fn write(&self) -> Vec<u8> {
         let mut new = Cursor::new(Vec::new());
         let mut writer = mcap::WriteOptions::new().create(&mut new).unwrap();
+        self.begin(&mut writer);
+        self.messages.iter().for_each(|message| Self::add(&mut writer, message));
+        writer.finish().unwrap();
+        drop(writer);
+        new.into_inner()
+    }
+
+    /// Writes what stands before the messages.
+    pub fn begin(&self, writer: &mut Writer<'_>) {
         let record = mcap::records::Metadata { name: "run".to_owned(), metadata: self.metadata.clone() };
         writer.write_metadata(&record).unwrap();
         let (name, media_type) = ("scene.json".to_owned(), "application/json".to_owned());
         let data = self.scene.clone().into();
         writer.attach(&mcap::Attachment { log_time: 0, create_time: 0, name, media_type, data }).unwrap();
-        for RawMessage { channel, sequence, log_time, publish_time, data } in &self.messages {
-            let id = match channel.topic.map(|topic| &CHANNELS[topic as usize]) {
-                Some(known) => {
-                    let schema = writer.add_schema(known.schema, "protobuf", known.descriptor).unwrap();
-                    writer.add_channel(schema, known.name, "protobuf", &Default::default()).unwrap()
-                }
-                None => writer.add_channel(0, &channel.name, "json", &Default::default()).unwrap(),
-            };
-            let header = mcap::records::MessageHeader {
-                channel_id: id,
-                sequence: *sequence,
-                log_time: *log_time,
-                publish_time: *publish_time,
-            };
-            writer.write_to_known_channel(&header, data).unwrap();
-        }
-        writer.finish().unwrap();
-        drop(writer);
-        new.into_inner()
+    }
+
+    /// Writes a message.
+    pub fn add(writer: &mut Writer<'_>, message: &RawMessage) {
+        let RawMessage { channel, sequence, log_time, publish_time, data } = message;
+        let id = match channel.topic.map(|topic| &CHANNELS[topic as usize]) {
+            Some(known) => {
+                let schema = writer.add_schema(known.schema, "protobuf", known.descriptor).unwrap();
+                writer.add_channel(schema, known.name, "protobuf", &Default::default()).unwrap()
+            }
+            None => writer.add_channel(0, &channel.name, "json", &Default::default()).unwrap(),
+        };
+        let header = mcap::records::MessageHeader {
+            channel_id: id,
+            sequence: *sequence,
+            log_time: *log_time,
+            publish_time: *publish_time,
+        };
+        writer.write_to_known_channel(&header, data).unwrap();
     }
 
     /// Where the message of a channel at a step stands.
@@ -63,7 +74,7 @@ impl Parts {
         self.messages.iter().position(is).unwrap_or_else(|| panic!("no {topic:?} at step {step}"))
     }
 
-    fn edit<M: Message + Default>(&mut self, topic: Topic, step: u64, change: impl FnOnce(&mut M)) {
+    pub fn edit<M: Message + Default>(&mut self, topic: Topic, step: u64, change: impl FnOnce(&mut M)) {
         let place = self.place(topic, step);
         let message = &mut self.messages[place];
         let mut content = M::decode(&message.data[..]).unwrap();
@@ -72,7 +83,7 @@ impl Parts {
     }
 
     /// Changes the eight bytes of a number of a particle: column 0 is x, 3 is vx, 6 is the temperature.
-    pub(super) fn number(&mut self, step: u64, particle: usize, column: usize, change: impl FnOnce(f64) -> f64) {
+    pub fn number(&mut self, step: u64, particle: usize, column: usize, change: impl FnOnce(f64) -> f64) {
         self.edit(Topic::Particles, step, |cloud: &mut foxglove::PointCloud| {
             let at = particle * cloud.point_stride as usize + 8 * column;
             let bytes: &mut [u8] = &mut cloud.data[at..at + 8];
@@ -86,7 +97,7 @@ impl Parts {
     }
 
     /// Another text of the scene, with the hash that belongs to it.
-    fn rewrite_scene(&mut self, from: &str, to: &str) {
+    pub fn rewrite_scene(&mut self, from: &str, to: &str) {
         let text = String::from_utf8(self.scene.clone()).unwrap();
         assert!(text.contains(from), "{from} is not in the scene");
         self.scene = text.replacen(from, to, 1).into_bytes();

@@ -101,13 +101,26 @@ impl Fold {
             self.current = Some(Step { t, number, ..Step::default() });
         }
         let Some(step) = &mut self.current else { return Ok(()) };
-        match part {
-            Part::State(state) => step.state = Some(state),
-            Part::Diagnostics(diagnostics) => step.diagnostics = Some(diagnostics),
-            Part::Energy(energy) => step.ledger = Some(energy),
-            Part::Clusters(clusters) => step.clusters = Some(clusters),
-            Part::Impacts(impacts) => step.impacts = impacts,
-            Part::Notice(notice) => self.warnings += u64::from(notice.level != Level::Info),
+        if t.to_bits() != step.t.to_bits() {
+            self.lost.gap(format!("of step {number}, a message is of t = {t} s and another of {} s", step.t));
+        }
+        let twice = match part {
+            Part::State(state) => step.state.replace(state).map(|_| "states"),
+            Part::Diagnostics(diagnostics) => step.diagnostics.replace(diagnostics).map(|_| "diagnostics"),
+            Part::Energy(energy) => step.ledger.replace(energy).map(|_| "energies"),
+            Part::Clusters(clusters) => step.clusters.replace(clusters).map(|_| "cluster counts"),
+            Part::Impacts(impacts) => {
+                let twice = (!step.impacts.is_empty()).then_some("lists of impacts");
+                step.impacts = impacts;
+                twice
+            }
+            Part::Notice(notice) => {
+                self.warnings += u64::from(notice.level != Level::Info);
+                None
+            }
+        };
+        if let Some(what) = twice {
+            self.lost.gap(format!("step {number} has {what} twice: the first are passed over"));
         }
         Ok(())
     }
@@ -187,7 +200,8 @@ impl Fold {
     fn diagnostics(&mut self, step: &Step, diagnostics: &StepDiagnostics, sink: &mut dyn Sink) -> Result<(), Failed> {
         let (t, number) = (step.t, step.number);
         let contraction = self.iterations.add(diagnostics);
-        let tolerance = DOUBLE * contraction.abs();
+        // A step of one iteration has none.
+        let tolerance = if contraction.is_finite() { DOUBLE * contraction.abs() } else { 0.0 };
         let (recorded, recomputed) = (diagnostics.contraction, contraction);
         let difference = Difference { t, step: number, index: None, recorded, recomputed, tolerance };
         self.agreement.compare(Term::Contraction, difference);

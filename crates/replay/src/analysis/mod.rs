@@ -315,7 +315,7 @@ impl<R: Read + Seek + Send> Log<R> {
     pub fn analyze(&mut self, options: &Options, sink: &mut dyn Sink) -> Result<Analysis, Failed> {
         let text = self.scene_json()?;
         let scene = Scene::parse(&text, &[]).map_err(LogError::Scene)?;
-        let particles = self.particles_or_placed(&scene)?;
+        let (particles, without) = self.particles_or_placed(&scene)?;
         let Some(start) = self.first_positions(particles.len())? else {
             return Err(LogError::Damaged(Damage { offset: self.size(), what: "no state is left".to_owned() }).into());
         };
@@ -334,7 +334,8 @@ impl<R: Read + Seek + Send> Log<R> {
             Outcome::Failed(error) => Err(error.into()),
         })?;
         fold.finish(sink)?;
-        self.file_damage()?.into_iter().for_each(|damage| fold.lost.note(damage));
+        let not_said = without.filter(|damage| !fold.lost.damage.contains(damage));
+        self.file_damage()?.into_iter().chain(not_said).for_each(|damage| fold.lost.note(damage));
         Ok(Analysis {
             run: self.run().clone(),
             scene: text,
@@ -354,14 +355,15 @@ impl<R: Read + Seek + Send> Log<R> {
         })
     }
 
-    /// Radii, masses, charges: from the log, or where that part is lost from the scene.
-    fn particles_or_placed(&mut self, scene: &Scene) -> Result<Particles, Failed> {
+    /// Radii, masses, charges: from the log, or where that part is lost from the scene, and then what is lost.
+    fn particles_or_placed(&mut self, scene: &Scene) -> Result<(Particles, Option<Damage>), Failed> {
         match self.particles() {
-            Err(LogError::Damaged(_)) => {
+            Err(LogError::Damaged(damage)) => {
+                self.meets(scene)?;
                 let placed = place(scene).map_err(|error| Failed::Scene(error.to_string()))?;
-                Ok(placed.0)
+                Ok((placed.0, Some(damage)))
             }
-            other => Ok(other?),
+            other => Ok((other?, None)),
         }
     }
 

@@ -33,6 +33,8 @@ pub struct Curves {
     pub frames: u64,
     /// What is lost.
     pub damage: Vec<Damage>,
+    /// Time [s] and step of the first state with a number that is not finite, or that has no time.
+    pub not_finite: Option<(f64, u64)>,
 }
 
 /// A curve of sampled values: its mean over time, linear between samples.
@@ -133,10 +135,10 @@ impl Curves {
         let mut damage = log.file_damage()?;
         let mut sampled = [Sampled::default(); SAMPLED.len()];
         let mut events = [Events::default(); BLOCKS.len()];
-        let (mut end, mut frames) = (0.0_f64, 0);
+        let (mut end, mut frames, mut not_finite) = (0.0_f64, 0, None);
         let topics = [Topic::Particles, Topic::Energy, Topic::Clusters, Topic::Diagnostics, Topic::Impacts];
         for entry in log.messages().only(&topics) {
-            let Entry { t, step: _, message } = match entry {
+            let Entry { t, step, message } = match entry {
                 Ok(entry) => entry,
                 Err(LogError::Damaged(lost)) => {
                     damage.push(lost);
@@ -158,6 +160,11 @@ impl Curves {
                 }
                 Message::Particles(frame) => {
                     (end, frames) = (t, frames + 1);
+                    let columns = [&frame.position, &frame.velocity].into_iter().flat_map(|columns| columns.axes());
+                    let mut values = columns.chain(frame.temperature.as_deref()).flatten();
+                    if not_finite.is_none() && !(t.is_finite() && values.all(|value| value.is_finite())) {
+                        not_finite = Some((t, step));
+                    }
                     if let Some(theta) = &frame.temperature {
                         let mean = theta.iter().sum::<f64>() / theta.len() as f64;
                         add(10, &[mean, theta.iter().copied().fold(f64::NEG_INFINITY, f64::max)]);
@@ -174,7 +181,7 @@ impl Curves {
                 _ => {}
             }
         }
-        Ok(Self { curves: curves(&terms, &sampled, &events, duration), end, frames, damage })
+        Ok(Self { curves: curves(&terms, &sampled, &events, duration), end, frames, damage, not_finite })
     }
 
     /// A curve by name.

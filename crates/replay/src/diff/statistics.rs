@@ -103,7 +103,12 @@ pub fn judge<R: Read + Seek>(
     for (name, curves) in
         std::iter::once(("the log that is judged", &found)).chain(bands.iter().map(|c| ("a reference", c)))
     {
-        if (curves.end - duration).abs() > 1e-6 * duration {
+        if let Some((t, step)) = curves.not_finite {
+            let what = format!("{name} has a state with a number that is not finite");
+            report.structure.push(Structure { channel: "/particles".to_owned(), what, count: 1, t, step });
+        }
+        // Written so that an end that is no number is none that is met.
+        if !((curves.end - duration).abs() <= 1e-6 * duration) {
             let what = format!("{name} ends at t = {} s instead of {duration} s", curves.end);
             report.not_compared.push(what);
         }

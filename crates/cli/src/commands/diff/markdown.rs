@@ -5,7 +5,7 @@ use std::fmt::Write;
 use agglo_replay::diff::{Report, Verdict, setting_text};
 
 use super::{Names, json};
-use crate::numbers::short;
+use crate::numbers::{counted, short};
 
 /// Fields that are listed.
 const SHOWN: usize = 40;
@@ -44,7 +44,8 @@ pub fn report(names: Names<'_>, report: &Report) -> String {
         text.push('\n');
     }
     for found in &report.structure {
-        _ = writeln!(text, "- {} {} ({} times)", code(&found.channel), escape(&found.what), found.count);
+        let channel = if found.channel.is_empty() { "steps".to_owned() } else { code(&found.channel) };
+        _ = writeln!(text, "- {channel}: {} ({})", escape(&found.what), counted(found.count, "time"));
     }
     let differing: Vec<_> = report.fields.iter().filter(|field| field.at.is_some() || !field.passed).collect();
     if !differing.is_empty() {
