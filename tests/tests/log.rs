@@ -18,6 +18,8 @@ mod dependencies;
 mod failures;
 #[path = "log/fields.rs"]
 mod fields;
+#[path = "log/layout.rs"]
+mod layout;
 #[path = "log/size.rs"]
 mod size;
 #[path = "log/source.rs"]

@@ -81,7 +81,8 @@ fn ramp(share: f64) -> [u8; 4] {
 /// The range of temperatures that a scene suggests [K]: from the coldest to the hottest of the start and the
 /// surroundings, and where there is a reaction up to twenty complete ones of the first particle, but not beyond the
 /// temperature where restitution vanishes. `None` without temperatures.
-fn temperatures(scene: &Scene, particles: &Particles, start: &State) -> Option<(f64, f64)> {
+#[must_use]
+pub fn temperatures(scene: &Scene, particles: &Particles, start: &State) -> Option<(f64, f64)> {
     const REACTIONS: f64 = 20.0;
     let thermal = scene.thermal.as_ref()?;
     let mut named = start.temperature.clone()?;

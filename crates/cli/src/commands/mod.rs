@@ -13,3 +13,4 @@ pub mod replay;
 mod resume;
 pub mod run;
 pub mod schema;
+pub mod view;
