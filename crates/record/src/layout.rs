@@ -86,7 +86,7 @@ fn color(layout: &mut Value, effects: &Effects, view: &View) {
         None => "speed, at rest blue to fastest red".to_owned(),
     };
     if effects.markers {
-        panels["3D!spheres"]["foxglovePanelTitle"] = format!("Particles, true sizes: {shown}").into();
+        name(&mut panels["3D!spheres"], &format!("Particles, true sizes: {shown}"));
     }
     let cloud = &mut panels["3D!points"]["topics"]["/particles"];
     let mut map = |field: &str, low: f64, high: f64| {
@@ -115,7 +115,14 @@ fn color(layout: &mut Value, effects: &Effects, view: &View) {
         panels["3D!points"]["topics"]["/particles"]["pointSize"] =
             json!(if effects.particles > 100_000 { 2 } else { 4 });
     }
-    panels["3D!points"]["foxglovePanelTitle"] = title.into();
+    name(&mut panels["3D!points"], &title);
+}
+
+/// Gives a panel its title, for either viewer.
+fn name(panel: &mut Value, title: &str) {
+    for key in ["foxglovePanelTitle", "lichtblickPanelTitle"] {
+        panel[key] = title.into();
+    }
 }
 
 /// Points the cameras at the particles, and lays the grid below them.
