@@ -20,6 +20,8 @@ mod failures;
 mod fields;
 #[path = "log/kept.rs"]
 mod kept;
+#[path = "log/layout.rs"]
+mod layout;
 #[path = "log/size.rs"]
 mod size;
 #[path = "log/source.rs"]

@@ -47,7 +47,7 @@ def main(path):
             last_time = message.log_time
             if topic == "/particles/static":
                 assert len(decoded.id) == len(decoded.radius) == len(decoded.mass) == n
-                radii = list(decoded.radius)
+                radii, mass = list(decoded.radius), sum(decoded.mass)
             elif topic == "/particles":
                 points = list(rows(decoded))
                 assert len(points) == n and decoded.frame_id == "world"
@@ -57,8 +57,18 @@ def main(path):
                 spheres = next(entity for entity in decoded.entities if entity.id == "particles").spheres
                 assert [sphere.size.x / 2 for sphere in spheres] == radii
                 assert all(sphere.pose.orientation.w == 1 and sphere.color.a == 1 for sphere in spheres)
-                # The spheres stand where the last state says.
-                assert [sphere.pose.position.x for sphere in spheres] == [point["x"] for point in points]
+                # The spheres stand where the last state says, to a millionth, in the colour that it says, to a 256th.
+                for sphere, point in zip(spheres, points, strict=True):
+                    assert abs(sphere.pose.position.x - point["x"]) <= 1e-6 * abs(point["x"])
+                    assert abs(sphere.color.r - point["red"] / 255) <= 1 / 256 and point["alpha"] == 255
+            elif topic == "/energy":
+                # Sums of a few numbers in another order: round-off.
+                assert abs(decoded.kinetic_per_mass * mass - decoded.kinetic) <= 1e-12 * abs(decoded.kinetic)
+                assert decoded.HasField("mean_temperature") == decoded.HasField("max_temperature") == ("thermal" in scene)
+                if "thermal" in scene:
+                    temperatures = [point["temperature"] for point in points]
+                    assert decoded.max_temperature == max(temperatures)
+                    assert abs(decoded.mean_temperature * n - sum(temperatures)) <= 1e-12 * n * decoded.max_temperature
             elif topic == "/diagnostics":
                 assert decoded.iterations == len(decoded.position_errors) and decoded.dt > 0
             elif topic == "/impacts":

@@ -16,12 +16,26 @@ const CHECKS: &[(&str, Check)] = &[
     ("formatting", Check::Cargo(&["fmt", "--all", "--check"], &[])),
     ("generated files are current", Check::Own(outputs::check)),
     ("direction of dependencies", Check::Own(dependencies::check)),
-    ("lints", Check::Cargo(&["clippy", "--workspace", "--all-targets", "--locked", "--", "-D", "warnings"], &[])),
+    (
+        "lints",
+        Check::Cargo(
+            &["clippy", "--workspace", "--all-targets", "--features", "agglo/live", "--locked", "--", "-D", "warnings"],
+            &[],
+        ),
+    ),
     (
         "documentation",
         Check::Cargo(&["doc", "--workspace", "--no-deps", "--locked"], &[("RUSTDOCFLAGS", "-D warnings")]),
     ),
-    ("tests", Check::Cargo(&["test", "--workspace", "--locked"], &[])),
+    // What the README says, with everything that can be switched on.
+    ("tests", Check::Cargo(&["test", "--workspace", "--locked", "--features", "agglo/live"], &[])),
+    (
+        "without optional parts",
+        Check::Cargo(
+            &["clippy", "--package", "agglo", "--no-default-features", "--locked", "--", "-D", "warnings"],
+            &[],
+        ),
+    ),
 ];
 
 /// Runs all checks; stops at the first that fails unless told to keep going.

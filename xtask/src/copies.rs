@@ -10,6 +10,7 @@ const COPIES: &[(&str, &str, &str)] = &[
     ("schemas/agglo", "crates/record/proto/agglo", "proto"),
     ("schemas/foxglove", "crates/record/proto/foxglove", "proto"),
     ("viewer/layout.json", "crates/record/viewer/layout.json", "json"),
+    ("viewer/rerun", "crates/cli/viewer/rerun", "zst"),
     ("scenes", "crates/cli/scenes", "json"),
 ];
 

@@ -7,6 +7,7 @@ mod recover;
 mod render;
 mod replay;
 mod study;
+mod view;
 
 pub use analyze::AnalyzeArgs;
 pub use diff::DiffArgs;
@@ -15,6 +16,7 @@ pub use recover::RecoverArgs;
 pub use render::{Background, Quantity as RenderQuantity, RenderArgs, RenderFormat};
 pub use replay::ReplayArgs;
 pub use study::StudyArgs;
+pub use view::ViewArgs;
 
 use std::path::PathBuf;
 
@@ -125,6 +127,8 @@ pub enum Command {
     Diff(DiffArgs),
     /// Write the particles of a log for other programs
     Export(ExportArgs),
+    /// Show a log in Foxglove, Lichtblick or Rerun: serve it to them, and say how to open it
+    View(ViewArgs),
     /// Write a valid log of all that is whole in a damaged one
     Recover(RecoverArgs),
     /// Draw pictures of a log: shaded spheres of true size, one moment, a sheet of several, or an animation
@@ -179,6 +183,10 @@ pub struct RunArgs {
     /// Largest log allowed, such as `500MB` or `2GiB`; a run that reaches it stops
     #[arg(long, value_name = "SIZE", value_parser = crate::size::parse)]
     pub max_log: Option<u64>,
+    /// Let Foxglove and Lichtblick watch the run while it solves; ADDR is `HOST:PORT`, `HOST` or `PORT`, and the default
+    /// 127.0.0.1:8765 can be reached from this machine only
+    #[arg(long, value_name = "ADDR", num_args = 0..=1, require_equals = true, default_missing_value = "127.0.0.1:8765")]
+    pub live: Option<String>,
 }
 
 /// Arguments of `agglo check`.

@@ -9,6 +9,8 @@ mod expectation;
 mod failure;
 mod input;
 mod interrupt;
+#[cfg_attr(not(feature = "live"), path = "live/without.rs")]
+mod live;
 mod logs;
 mod numbers;
 mod output;
@@ -56,6 +58,7 @@ fn dispatch(command: &Command, terminal: &Terminal) -> CommandResult {
         Command::Render(args) => commands::render::render(args, terminal),
         Command::Export(args) => commands::export::export(args, terminal),
         Command::Study(args) => commands::study::study(args, terminal),
+        Command::View(args) => commands::view::view(args, terminal),
         Command::Schema(args) => commands::schema::schema(args),
         Command::Completions(args) => commands::completions::completions(args),
         Command::Man(args) => commands::man::man(args, terminal),

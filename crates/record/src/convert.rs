@@ -11,7 +11,7 @@ pub use impacts::{impacts, read_impacts};
 use agglo_core::diagnostics::{Level, Notice, RejectedAttempt, RejectionCause, StepDiagnostics};
 use agglo_core::ledger::{Ledger, Momentum, Totals};
 use agglo_core::observer::{Clusters, Sample};
-use agglo_core::state::Particles;
+use agglo_core::state::{Particles, State};
 
 use crate::proto::agglo::v1;
 use crate::proto::agglo::v1::rejected_attempt::Cause;
@@ -187,9 +187,9 @@ fn read_attempt(message: v1::RejectedAttempt) -> Result<RejectedAttempt, Malform
     Ok(RejectedAttempt { dt, cause, iterations, violation, particle })
 }
 
-/// Energies and momentum. Clusters have a message of their own.
+/// Energies and momentum, with what viewers plot of them and the state. Clusters have a message of their own.
 #[must_use]
-pub fn energy(t: f64, step: u64, sample: &Sample) -> v1::EnergyLedger {
+pub fn energy(t: f64, step: u64, sample: &Sample, particles: &Particles, state: &State) -> v1::EnergyLedger {
     let Sample { ledger, momentum, clusters: _ } = sample;
     let Ledger { kinetic, near_field, binding, external, thermal, totals, residual } = *ledger;
     let Totals {
@@ -203,6 +203,7 @@ pub fn energy(t: f64, step: u64, sample: &Sample) -> v1::EnergyLedger {
         outside_impulse,
     } = totals;
     let Momentum { linear, angular, residual: momentum_residual } = *momentum;
+    let temperature = state.temperature.as_deref();
     v1::EnergyLedger {
         t,
         step,
@@ -223,10 +224,13 @@ pub fn energy(t: f64, step: u64, sample: &Sample) -> v1::EnergyLedger {
         angular_momentum: vector(angular),
         outside_impulse: vector(outside_impulse),
         momentum_residual,
+        kinetic_per_mass: kinetic / particles.mass.iter().sum::<f64>(),
+        mean_temperature: temperature.map(|theta| theta.iter().sum::<f64>() / theta.len() as f64),
+        max_temperature: temperature.map(|theta| theta.iter().copied().fold(f64::NEG_INFINITY, f64::max)),
     }
 }
 
-/// Energies and momentum, read back.
+/// Energies and momentum, read back; what is there for plots only follows from them and the state.
 #[must_use]
 pub fn read_energy(message: v1::EnergyLedger) -> (Ledger, Momentum) {
     let v1::EnergyLedger {
@@ -249,6 +253,9 @@ pub fn read_energy(message: v1::EnergyLedger) -> (Ledger, Momentum) {
         angular_momentum,
         outside_impulse,
         momentum_residual,
+        kinetic_per_mass: _,
+        mean_temperature: _,
+        max_temperature: _,
     } = message;
     let totals = Totals {
         reaction_heat,

@@ -181,7 +181,8 @@ impl Encoder {
         self.buffer.clear();
         self.cloud.encode(&mut self.buffer, self.last, report.state, clusters.map(|found| &found.of[..]), colors);
         send(Encoded { topic: Topic::Particles, log_time, data: &self.buffer })?;
-        self.send(Topic::Energy, &convert::energy(time, step, sample), send)?;
+        let energy = convert::energy(time, step, sample, report.particles, report.state);
+        self.send(Topic::Energy, &energy, send)?;
         if let Some(clusters) = clusters {
             self.send(Topic::Clusters, &convert::clusters(time, step, clusters), send)?;
         }

@@ -9,6 +9,7 @@
 //! | [`encoder`] | reports to messages, in their order |
 //! | [`convert`] | solver values to messages and back, exactly |
 //! | [`cloud`] | states as rows of `foxglove.PointCloud`, and back |
+//! | [`layout`] | the viewer layout that fits a scene |
 //! | [`run`] | the metadata record `run` |
 //! | [`proto`] | the messages themselves, generated from `schemas/` |
 //! | [`size`] | how large a log will be |
@@ -18,6 +19,7 @@ pub mod cloud;
 pub mod convert;
 pub mod encoder;
 mod error;
+pub mod layout;
 mod markers;
 pub mod palette;
 pub mod proto;
@@ -27,6 +29,6 @@ mod sink;
 pub mod size;
 
 pub use error::RecordError;
-pub use recorder::{CarriedStep, Options, Recorded, Recorder, write_options};
+pub use recorder::{CarriedStep, Options, Recorded, Recorder, Tap, write_options};
 pub use run::BuildInfo;
 pub use size::{SizeEstimate, estimate, least};

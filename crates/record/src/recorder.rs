@@ -15,6 +15,7 @@ use crate::channels::{CHANNELS, Topic, present};
 use crate::cloud::Frame;
 use crate::encoder::{Encoded, Encoder};
 use crate::error::RecordError;
+use crate::layout::layout;
 use crate::run::{self, BuildInfo, RunInfo};
 use crate::sink::{Sink, sink};
 
@@ -34,6 +35,9 @@ pub struct Options {
     /// Largest size of the log [bytes]; `None`: any. A log may exceed it by its last chunk and summary.
     pub max_bytes: Option<u64>,
 }
+
+/// Sees every message that goes into a log, as it goes in: who watches a run gets what is recorded.
+pub type Tap = Box<dyn FnMut(Encoded<'_>) + Send>;
 
 /// What was written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -74,7 +78,8 @@ impl<W: Write> Recorder<W> {
         let (sink, bytes) = sink(writer);
         let mut writer = mcap::Writer::with_options(sink, write_options(scene.record.compression, &build.version))?;
         writer.write_metadata(&mcap::records::Metadata { name: run::RECORD.to_owned(), metadata: run.to_map() })?;
-        for (name, text) in [(run::SCENE, scene_json.as_str()), (run::LAYOUT, run::LAYOUT_JSON)] {
+        let layout = layout(scene);
+        for (name, text) in [(run::SCENE, &scene_json), (run::LAYOUT, &layout)] {
             writer.attach(&mcap::Attachment {
                 log_time: 0,
                 create_time: 0,
@@ -89,8 +94,8 @@ impl<W: Write> Recorder<W> {
             ids[channel.topic as usize] =
                 Some(writer.add_channel(schema, channel.name, "protobuf", &BTreeMap::new())?);
         }
-        let container =
-            Container { writer, ids, counts: [0; CHANNELS.len()], pending_bytes: 0, pending_steps: 0, messages: 0 };
+        let counts = [0; CHANNELS.len()];
+        let container = Container { writer, ids, counts, pending_bytes: 0, pending_steps: 0, messages: 0, tap: None };
         Ok(Self { encoder, container, bytes, options, started: false, failure: None })
     }
 
@@ -100,6 +105,11 @@ impl<W: Write> Recorder<W> {
     /// A write that failed, now or before.
     pub fn note(&mut self, level: Level, message: impl Into<String>) -> Result<(), RecordError> {
         self.guarded(|recorder| recorder.notice(&Notice { level, message: message.into() }))
+    }
+
+    /// From now on `tap` sees every message, after the log has it. It cannot change the log.
+    pub fn tap(&mut self, tap: Tap) {
+        self.container.tap = Some(tap);
     }
 
     /// Bytes that have left for the output so far; the rest of the current chunk is still to come.
@@ -203,6 +213,7 @@ struct Container<W: Write> {
     pending_bytes: usize,
     pending_steps: u64,
     messages: u64,
+    tap: Option<Tap>,
 }
 
 impl<W: Write> Container<W> {
@@ -218,6 +229,9 @@ impl<W: Write> Container<W> {
         self.writer.write_to_known_channel(&header, data)?;
         self.messages += 1;
         self.pending_bytes += data.len();
+        if let Some(tap) = &mut self.tap {
+            tap(message);
+        }
         Ok(())
     }
 

@@ -18,9 +18,6 @@ pub const LAYOUT: &str = "layout.json";
 /// refuses a major that it does not know.
 pub const LOG_FORMAT: (u32, u32) = (1, 0);
 
-/// The layout for viewers that every log carries.
-pub const LAYOUT_JSON: &str = include_str!("../viewer/layout.json");
-
 /// What was built.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct BuildInfo {

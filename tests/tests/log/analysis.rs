@@ -339,8 +339,8 @@ fn clusters_by_cells_are_those_of_all_pairs() {
 #[test]
 fn radii_of_gyration_of_a_dumbbell_and_of_one_across_the_box() {
     // Two of unlike mass, d apart: sqrt(m1 m2) / (m1 + m2) d.
-    let (d, m) = (0.09, [1.0, 3.0]);
-    let expected = (m[0] * m[1] as f64).sqrt() / (m[0] + m[1]) * d;
+    let (d, m) = (0.09, [1.0_f64, 3.0]);
+    let expected = (m[0] * m[1]).sqrt() / (m[0] + m[1]) * d;
     for x in [0.0, 0.46] {
         let other = if x + d > 0.5 { x + d - 1.0 } else { x + d };
         let value = json!({
@@ -401,7 +401,7 @@ fn iterations_are_those_of_the_run() {
     assert_eq!(analysis.impacts, outcome.counters.impacts);
     for (row, step) in rows.steps.iter().zip(&steps[1..]) {
         let diagnostics = step.diagnostics.as_ref().unwrap();
-        assert_eq!((row.dt, row.iterations), (diagnostics.dt, diagnostics.iterations() as u64));
+        assert_eq!((row.dt, row.iterations), (diagnostics.dt, diagnostics.iterations()));
         assert_eq!(row.impacts as usize, step.impacts.len());
     }
 }

@@ -3,6 +3,7 @@
 use std::io::Cursor;
 
 use agglo_record::channels::{CHANNELS, Effects, present};
+use agglo_record::layout::layout;
 use agglo_record::run;
 use agglo_replay::{Frame, Log, Message};
 
@@ -131,7 +132,7 @@ fn the_run_record_and_the_attachments_say_where_a_log_comes_from() {
         log.run().terms,
         ["binding", "contact", "contact.friction", "thermal", "thermal.radiation", "domain.periodic", "domain.walls"]
     );
-    assert_eq!(log.attachment("layout.json").unwrap().unwrap(), run::LAYOUT_JSON.as_bytes());
+    assert_eq!(log.attachment("layout.json").unwrap().unwrap(), layout(&scene).as_bytes());
     assert_eq!(log.particles().unwrap(), EVERYTHING.particles());
 }
 

@@ -3,6 +3,8 @@
 use agglo_core::observer::Observer;
 use agglo_core::scene::{Compression, Precision};
 use agglo_core::{Scene, Simulation};
+use agglo_record::channels::{Effects, present};
+use agglo_record::cloud::CloudWriter;
 use agglo_record::{Options, Recorder, estimate};
 
 use crate::story::{Kind, build};
@@ -53,6 +55,38 @@ fn many_particles_take_at_most_60_bytes_each() {
     let (few, more) = (per_particle_step(&kind, 1) * 2.0, per_particle_step(&kind, 3) * 4.0);
     let bytes = (more - few) / 2.0;
     assert!(bytes <= 60.0, "{bytes} bytes per particle and step");
+}
+
+/// Bytes of a log of four states of 10 000 particles, whose every state is drawn or none is.
+fn drawn_over_undrawn(kind: Kind) -> f64 {
+    let bytes = |markers| per_particle_step(&Kind { n: 10_000, markers, ..kind }, 3);
+    bytes(1e6) / bytes(0.0)
+}
+
+#[test]
+fn spheres_and_colours_add_at_most_three_fifths() {
+    // The worst case: noise, and every recorded state is drawn; at 30 Hz most are not.
+    for (name, kind) in [
+        ("temperatures and clusters", Kind { binding: true, ..THERMAL }),
+        ("temperatures", THERMAL),
+        ("speeds", Kind { thermal: false, ..THERMAL }),
+        ("charges", Kind { thermal: false, charge: true, ..THERMAL }),
+    ] {
+        let ratio = drawn_over_undrawn(kind);
+        assert!(ratio <= 1.6, "{name}: {ratio} times the states alone");
+    }
+}
+
+#[test]
+fn more_than_ten_thousand_are_not_drawn() {
+    let effects = |n| {
+        let kind = Kind { n, markers: 30.0, ..THERMAL };
+        Effects::of(&kind.scene()).unwrap()
+    };
+    let topics = |n| present(&effects(n)).map(|channel| channel.name).collect::<Vec<_>>();
+    assert!(topics(10_000).contains(&"/scene") && !topics(10_001).contains(&"/scene"));
+    // Four bytes of colour.
+    assert_eq!(CloudWriter::new(&effects(10_000)).stride(), CloudWriter::new(&effects(10_001)).stride() + 4);
 }
 
 /// Records a run of a scene and compares with the estimate for as many steps.

@@ -15,3 +15,4 @@ mod resume;
 pub mod run;
 pub mod schema;
 pub mod study;
+pub mod view;

@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use agglo_core::diagnostics::{Level, Notice};
 use agglo_core::observer::ObserverError;
+use agglo_core::scene::{Compression, Scene};
 use agglo_core::{Ending, Flow, Observer, Outcome, RunError, Simulation, StepReport};
 use agglo_record::{BuildInfo, Options, RecordError, Recorded, Recorder};
 
@@ -14,6 +15,7 @@ use crate::expectation::expect;
 use crate::failure::{CommandResult, Failure, Message, Success};
 use crate::input::{self, LoadedScene};
 use crate::interrupt::Interrupt;
+use crate::live::Live;
 use crate::output::{self, Kept, Output};
 use crate::progress::Progress;
 use crate::size;
@@ -50,6 +52,7 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> CommandResult {
     if interrupt.asked() {
         return Ok(Success::Interrupted);
     }
+    let live = args.live.as_deref().map(|address| Live::start(address, &loaded.scene, terminal)).transpose()?;
     let mut log = match &target {
         Some(target) => {
             let output = Output::open_binary(target, args.overwrite)?;
@@ -58,6 +61,11 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> CommandResult {
         }
         None => None,
     };
+    // Without a log, what is watched is encoded all the same.
+    let mut unrecorded = if log.is_none() && live.is_some() { Some(unrecorded(&loaded.scene)?) } else { None };
+    if let (Some(live), Some(recorder)) = (&live, log.as_mut().map(|log| &mut log.recorder).or(unrecorded.as_mut())) {
+        recorder.tap(live.tap());
+    }
     let started = Instant::now();
     let mut progress = Progress::new(terminal, loaded.scene.duration);
     if let (Some(earlier), Some(log)) = (&mut earlier, &mut log) {
@@ -70,12 +78,27 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> CommandResult {
             return Ok(Success::Interrupted);
         }
     }
-    let mut watcher =
-        Watcher { recorder: log.as_mut().map(|log| &mut log.recorder), progress, interrupt: &interrupt, terminal };
+    let recorder = log.as_mut().map(|log| &mut log.recorder).or(unrecorded.as_mut());
+    let mut watcher = Watcher { recorder, progress, interrupt: &interrupt, terminal };
     let result = simulation.run(&mut watcher);
     watcher.progress.finish();
     let ran = Ran { wall: started.elapsed(), result, success, loaded: &loaded, simulation: &simulation, terminal };
-    ran.conclude(log, args)
+    let concluded = ran.conclude(log, args);
+    // After the log is whole: who watches may be slow.
+    drop(unrecorded);
+    if let Some(live) = live {
+        live.finish();
+    }
+    concluded
+}
+
+/// A recorder whose log goes nowhere.
+fn unrecorded(scene: &Scene) -> Result<Recorder<Writer>, Failure> {
+    let mut scene = scene.clone();
+    scene.record.compression = Compression::None;
+    let build = BuildInfo { version: VERSION.to_owned(), commit: COMMIT.to_owned() };
+    let created = Recorder::create(Box::new(std::io::sink()) as Writer, &scene, &build, Options::default());
+    created.map_err(|error| log_failure("of nothing", &error))
 }
 
 /// The log's place, unless there is none.

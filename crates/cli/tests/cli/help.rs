@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::Folder;
 
-const COMMANDS: [&str; 13] = [
+const COMMANDS: [&str; 15] = [
     "run",
     "check",
     "init",
@@ -14,8 +14,10 @@ const COMMANDS: [&str; 13] = [
     "replay",
     "diff",
     "export",
+    "view",
     "recover",
     "render",
+    "study",
     "schema",
     "completions",
     "man",

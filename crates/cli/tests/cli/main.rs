@@ -12,6 +12,8 @@
 //! `render`   pictures: what they show, where, in which colours; what is refused; damaged logs
 //! `replay`   steps listed and verified, runs that go on: interrupted, cut off, killed
 //! `study`    speed against error: table, files, what is refused
+//! `live`     runs that are watched
+//! `view`     what is served, and to whom; Rerun; the Python page
 //! `readme`   every command of the README
 
 #![allow(clippy::unwrap_used)] // What is unexpected fails the test.
@@ -21,6 +23,7 @@ mod bombs;
 mod diff;
 mod files;
 mod help;
+mod live;
 mod logs;
 mod planted;
 mod readme;
@@ -29,6 +32,7 @@ mod replay;
 mod runs;
 mod scenes;
 mod study;
+mod view;
 
 use std::path::Path;
 use std::process::{Command, Output, Stdio};
@@ -84,6 +88,22 @@ impl Ran {
         }
         self
     }
+}
+
+/// A Python that has these modules. Where there is none the check is passed over, aloud, unless AGGLO_REQUIRE_PYTHON
+/// is 1, as in CI.
+fn python(check: &str, modules: &str) -> Option<String> {
+    use std::io::Write;
+    let python = std::env::var("AGGLO_PYTHON").unwrap_or_else(|_| "python3".to_owned());
+    let probe = Command::new(&python).args(["-c", &format!("import {modules}")]).output();
+    if probe.is_ok_and(|output| output.status.success()) {
+        return Some(python);
+    }
+    let how = format!("{python} -m pip install -r tests/viewers/requirements.txt");
+    assert!(std::env::var("AGGLO_REQUIRE_PYTHON").as_deref() != Ok("1"), "{modules} are missing: {how}");
+    // `eprintln!` of a test that passes is not shown; this is.
+    _ = writeln!(std::io::stderr(), "SKIPPED {check}: {modules} are missing ({how})");
+    None
 }
 
 impl Folder {

@@ -68,7 +68,7 @@ fn commands_do_what_the_readme_says() {
 fn ci_runs_the_readmes_tests() {
     assert!(commands().iter().any(|command| command == "cargo test --workspace"));
     assert!(read(".ci/run").lines().any(|line| line == "cargo xtask ci"));
-    assert!(read("xtask/src/checks.rs").contains(r#"Check::Cargo(&["test", "--workspace", "--locked"]"#));
+    assert!(read("xtask/src/checks.rs").contains(r#"Check::Cargo(&["test", "--workspace", "--locked""#));
 }
 
 #[test]

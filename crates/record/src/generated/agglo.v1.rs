@@ -251,6 +251,15 @@ pub struct EnergyLedger {
     /// |P - P_0 - outside impulse| over the largest sum of m |v| so far, or the outside impulse where that is more \[-\].
     #[prost(double, tag = "19")]
     pub momentum_residual: f64,
+    /// Kinetic energy over the total mass, for plots \[J/kg\]; recomputable from states.
+    #[prost(double, tag = "20")]
+    pub kinetic_per_mass: f64,
+    /// Mean temperature of the particles, for plots \[K\]; absent without `thermal`; recomputable from states.
+    #[prost(double, optional, tag = "21")]
+    pub mean_temperature: ::core::option::Option<f64>,
+    /// Highest temperature of a particle, for plots \[K\]; absent without `thermal`; recomputable from states.
+    #[prost(double, optional, tag = "22")]
+    pub max_temperature: ::core::option::Option<f64>,
 }
 /// All impacts of one step; steps without any have no message.
 #[derive(Clone, PartialEq, ::prost::Message)]
