@@ -155,10 +155,15 @@ pub fn locates(scene: &Scene) -> bool {
     scene.model == ModelKind::Consistent && Integrator::of(integrator(scene)).collocation.is_none()
 }
 
-/// Whether there is a near field, and nothing in the scene ever jumps: no impact, no cut-off, no bond, no box to wrap into.
+/// Whether there is a near field that keeps particles apart, and nothing in the scene ever jumps: no impact, no cut-off, no
+/// bond, no box to wrap into.
 fn is_smooth(scene: &Scene) -> bool {
-    let near = scene.near_field.as_ref().is_some_and(|near| near.cutoff == Cutoff::default());
-    near && scene.contact.is_none() && scene.binding.is_none() && scene.domain.is_none()
+    let apart = scene.near_field.as_ref().is_some_and(|near| {
+        let repelled = near.repulsion.as_ref().map_or(-1.0, |term| term.exponent);
+        let attracted = near.attraction.as_ref().map_or(-1.0, |term| term.exponent);
+        near.cutoff == Cutoff::default() && repelled > attracted && near.weight != Weight::ChargeProduct
+    });
+    apart && scene.contact.is_none() && scene.binding.is_none() && scene.domain.is_none()
 }
 
 /// The first, the largest and the smallest step of a scene [s], defaults filled in.

@@ -5,6 +5,7 @@
 use std::borrow::Cow;
 
 use agglo_core::checkpoint::{Checkpoint, Counters};
+use agglo_core::collocation::Carried;
 use agglo_core::diagnostics::{Notice, RejectionCause, StepDiagnostics};
 use agglo_core::impact::{Impact, Partner};
 use agglo_core::ledger::{Ledger, Momentum, Totals};
@@ -306,6 +307,7 @@ fn checkpoint<'a>(to: &mut Gather<'a>, checkpoint: &'a Checkpoint) {
         initial_momentum: Momentum { linear, angular, residual },
         counters,
         notices_given,
+        collocation,
     } = checkpoint;
     to.real("time_rest", *time_rest);
     to.real("next_dt", *next_dt);
@@ -336,6 +338,13 @@ fn checkpoint<'a>(to: &mut Gather<'a>, checkpoint: &'a Checkpoint) {
     to.real("max_overlap", *max_overlap);
     to.real("largest_momentum", *largest_momentum);
     to.integer("notices_given", *notices_given);
+    if let Some(Carried { dt, accelerations, position_rest, velocity_rest }) = collocation {
+        to.real("carried.dt", *dt);
+        let values = |columns: &Columns| columns.axes().concat();
+        to.reals("carried.accelerations", accelerations.iter().flat_map(values).collect::<Vec<_>>());
+        to.reals("carried.position_rest", values(position_rest));
+        to.reals("carried.velocity_rest", values(velocity_rest));
+    }
 }
 
 /// The first value that differs between two messages.

@@ -193,23 +193,41 @@ impl<'a> Work<'a> {
         }
     }
 
-    /// One case of every series, then the next: what the budget cuts off is the finest of each.
+    /// Always the case next that takes the least time: what the budget cuts off is the dearest of each series.
     fn run(&mut self, series: Vec<Vec<Case>>) {
-        let mut open: Vec<(usize, std::vec::IntoIter<Case>)> =
-            series.into_iter().map(Vec::into_iter).enumerate().collect();
-        while !open.is_empty() && !self.stopped {
-            open.retain_mut(|(number, cases)| match cases.next() {
-                None => false,
-                Some(_) if self.stopped => false,
-                Some(case) => {
-                    let goes_on = self.case(*number, &case);
-                    if !goes_on {
-                        self.planned -= cases.len();
-                    }
-                    goes_on
-                }
-            });
+        let mut open: Vec<(usize, std::collections::VecDeque<Case>)> =
+            series.into_iter().map(Into::into).enumerate().collect();
+        loop {
+            open.retain(|(_, cases)| !cases.is_empty());
+            let cost = |(number, cases): &(usize, std::collections::VecDeque<Case>)| {
+                cases.front().map_or(f64::INFINITY, |case| self.expected(*number, case))
+            };
+            let costs: Vec<f64> = open.iter().map(cost).collect();
+            let Some(next) = (0..open.len()).min_by(|&a, &b| costs[a].total_cmp(&costs[b])) else { return };
+            let (number, cases) = &mut open[next];
+            let (number, Some(case)) = (*number, cases.pop_front()) else { return };
+            if !self.case(number, &case) {
+                self.planned -= cases.len();
+                cases.clear();
+            }
+            if self.stopped {
+                return;
+            }
         }
+    }
+
+    /// Time that a case will take, by the one before it in its series [s]; zero for the first.
+    fn expected(&self, series: usize, case: &Case) -> f64 {
+        let last = self.measurements.iter().rev().find(|(number, _)| *number == series);
+        last.map_or(0.0, |(_, last)| {
+            // So many steps more; a tolerance ten times tighter takes about twice as many.
+            let longer = match (last.step, case.control) {
+                (Some(before), Control::Step(now)) => before / now,
+                _ => 2.0,
+            };
+            let once = longer * last.wall_seconds;
+            if once > 1.0 { once } else { once * self.plan.repeats as f64 }
+        })
     }
 
     /// Measures a case; false where its series ends with it.
@@ -229,11 +247,7 @@ impl<'a> Work<'a> {
         self.done += 1;
         let skip = |reason: String| Skipped { scheme: case.scheme.name(), step, tolerance, reason };
         let left = self.plan.budget - self.started.elapsed().as_secs_f64();
-        let last = self.measurements.iter().rev().find(|(number, _)| *number == series).map(|(_, m)| m.clone());
-        // Halving a step doubles the time; a repeat more or less does not matter.
-        let expected = last.as_ref().map_or(0.0, |last| {
-            2.0 * last.wall_seconds * if last.wall_seconds > 0.5 { 1.0 } else { self.plan.repeats as f64 }
-        });
+        let expected = self.expected(series, case);
         if expected > left || left <= 0.0 {
             let reason = format!("the budget of {} s is spent; it would take some {expected:.1e} s", self.plan.budget);
             self.skipped.push(skip(reason));

@@ -36,8 +36,9 @@ fn orders_are_found_and_shown() {
     }
     let text = table::text(&study);
     assert!(text.contains("order of velocity-verlet: 2.0"), "{text}");
-    // The paper's scheme does not get to 1e-8 in these steps; its time there is extrapolated, and said to be.
-    assert!(table::ratios(&study).iter().all(|ratio| ratio.extrapolated == (ratio.error < 1e-5)), "{text}");
+    // The paper's scheme does not get to 1e-4 in these steps; its time there is extrapolated, and said to be.
+    let ratios = table::ratios(&study);
+    assert!(!ratios.is_empty() && ratios.iter().all(|ratio| ratio.extrapolated && ratio.ratio < 1.0), "{text}");
     let csv = table::csv(&study).unwrap();
     assert_eq!(csv.lines().count(), 1 + study.measurements.len());
     let svg = chart::svg(&study, &[("a peer".to_owned(), vec![(1e-3, 1e-3), (1e-6, 1e-2)])]).unwrap();
@@ -69,15 +70,15 @@ fn a_budget_leaves_the_finest_out_and_says_so() {
 
 #[test]
 fn chaotic_scenes_are_measured_until_the_references_part() {
-    // A hundred strongly bound particles; within half a second round-off has grown to the size of the cloud.
-    let text = r#"{ "name": "chaos", "duration": 3, "seed": 2, "particles": { "random_cube": {
-        "count": 12, "side": 1, "radius": 0.02, "density": 2000, "velocity_spread": [0.3, 0.3, 0.3] } },
-        "near_field": { "attraction": { "strength": 20, "exponent": 1 }, "repulsion": { "strength": 2, "exponent": 2 },
+    // Twelve bodies that fall through each other every half second: round-off doubles some twenty times as often.
+    let text = r#"{ "name": "chaos", "duration": 10, "seed": 2, "particles": { "random_cube": {
+        "count": 12, "side": 1, "radius": 0.02, "density": 30000, "velocity_spread": [0.3, 0.3, 0.3] } },
+        "near_field": { "attraction": { "strength": 0.5, "exponent": 1 }, "repulsion": { "strength": 0.05, "exponent": 2 },
             "weight": "none" } }"#;
     let scene = Scene::parse(text, &[]).unwrap();
     let plan = Plan { tolerances: vec![1e-4], seeds: 3, ..plan(&["velocity-verlet"]) };
     let study = study(&scene, &plan, &mut Quiet).unwrap();
-    assert!(!study.whole && study.until < 3.0 && study.uncertainty <= 1e-9, "{} s", study.until);
+    assert!(!study.whole && study.until < 10.0 && study.uncertainty <= 1e-9, "{} s", study.until);
     let ensemble = &study.ensembles[0];
     assert_eq!(ensemble.seeds, 3);
     assert!(ensemble.kinetic.mean > 0.0 && ensemble.kinetic.error > 0.0);

@@ -1,6 +1,7 @@
 //! A run that never was: reports with every field set, for tests that need no solver.
 
 use agglo_core::checkpoint::{Checkpoint, Counters};
+use agglo_core::collocation::Carried;
 use agglo_core::diagnostics::{Level, Notice, RejectedAttempt, RejectionCause, StepDiagnostics};
 use agglo_core::impact::{Impact, Partner};
 use agglo_core::ledger::{Ledger, Momentum, Totals};
@@ -203,6 +204,12 @@ impl Kind {
                 largest_momentum: 2.5,
             },
             notices_given: 1 << 63,
+            collocation: step.is_multiple_of(8).then(|| Carried {
+                dt: -0.0,
+                accelerations: vec![self.columns(numbers), self.columns(numbers)],
+                position_rest: self.columns(numbers),
+                velocity_rest: self.columns(numbers),
+            }),
         });
         let level = [Level::Info, Level::Warning, Level::Error][step as usize % 3];
         let notices = if step.is_multiple_of(5) {

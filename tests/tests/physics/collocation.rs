@@ -40,6 +40,40 @@ fn distance(a: &State, b: &State) -> f64 {
 }
 
 #[test]
+fn zz_scan() {
+    for bodies in [2, 10] {
+        let value = smooth(bodies);
+        let run = |integrator: &str, steps: f64| {
+            let dt = json!(2.0 / steps);
+            end(&with(&value, &[("/solver/integrator", json!(integrator)), ("/solver/step/fixed", dt)]))
+        };
+        let reference = run("gauss-radau", 64.0);
+        for (integrator, list) in [("gauss-legendre", vec![8.0, 10.0, 12.0, 14.0, 16.0, 18.0, 20.0, 24.0, 28.0, 32.0]), ("gauss-radau", vec![2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0])] {
+            let mut last = (0.0, 0.0);
+            for steps in list {
+                let e = distance(&run(integrator, steps), &reference);
+                println!("SCAN {bodies} {integrator} {steps} {e:e} order {}", order(last.1, e, steps / last.0));
+                last = (steps, e);
+            }
+        }
+    }
+    for dt in [0.2, 0.3, 0.4, 0.5, 0.7] {
+        let value = with(
+            &smooth(10),
+            &[
+                ("/solver", json!({ "integrator": "backward-euler", "method": "newton", "step": { "fixed": dt },
+                    "tolerance": { "position": 1e-10 } })),
+                ("/duration", json!(dt)),
+            ],
+        );
+        let mut errors = Vec::new();
+        let mut watch = agglo_tests::Watch(|report: &agglo_core::StepReport<'_>| errors.extend(report.diagnostics.map(|d| d.position_errors.clone())));
+        let done = agglo_tests::start(&scene(&value)).run(&mut watch).is_ok();
+        println!("SCAN newton {dt} {done} {errors:?}");
+    }
+}
+
+#[test]
 fn fixed_steps_show_each_schemes_order() {
     for bodies in [2, 10] {
         let value = smooth(bodies);

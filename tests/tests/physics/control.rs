@@ -227,7 +227,9 @@ fn steps_too_long_for_contacts_are_told_or_shortened() {
 #[test]
 fn local_errors_are_bounded_and_recorded() {
     let mut value = shipped("two-body-oscillator");
-    value["solver"] = json!({ "step": { "initial": 1.0, "max": 1.0 }, "tolerance": { "position": 1e-5 } });
+    value["solver"] = json!({
+        "integrator": "velocity-verlet", "step": { "initial": 1.0, "max": 1.0 }, "tolerance": { "position": 1e-5 }
+    });
     let (steps, _) = record(&scene(&value));
     let rejected = &steps[1].diagnostics.as_ref().unwrap().rejected;
     assert!(rejected.iter().any(|attempt| attempt.cause == RejectionCause::LocalError), "{rejected:?}");

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 #[serde(deny_unknown_fields, default)]
 pub struct Solver {
     /// Time integrator; default `backward-euler` in `paper`; in `consistent` `gauss-legendre` where forces are smooth (a near
-    /// field without cut-off, no contact, binding or domain), else `velocity-verlet`.
+    /// field without cut-off that keeps particles apart, no contact, binding or domain), else `velocity-verlet`.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub integrator: Option<IntegratorKind>,
     /// How the coupled equations of a step are solved.
