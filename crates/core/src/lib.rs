@@ -19,6 +19,7 @@ pub mod error;
 pub mod force;
 pub mod impact;
 pub mod integrator;
+pub mod lanes;
 pub mod ledger;
 pub mod math;
 pub mod neighbor;
