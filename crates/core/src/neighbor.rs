@@ -56,9 +56,17 @@ pub(crate) struct Rows {
     start: Vec<u32>,
     /// Places.
     partners: Vec<u32>,
+    /// Whether no partner of a row is an image, at the last build and since.
+    inside: Vec<bool>,
 }
 
 impl Rows {
+    /// Whether no partner of the k-th place is an image.
+    #[inline(always)]
+    pub(crate) fn inside(&self, k: usize) -> bool {
+        self.inside[k]
+    }
+
     /// Partners of the k-th place, as places.
     #[inline(always)]
     pub(crate) fn row(&self, k: usize) -> &[u32] {
@@ -144,6 +152,11 @@ impl NeighborList {
     #[must_use]
     pub fn row(&self, place: usize) -> &[u32] {
         self.tasks[place / TASK].row(place % TASK)
+    }
+
+    /// Positions at the last build.
+    pub(crate) fn positions(&self) -> &Columns {
+        &self.built_at
     }
 
     /// Rows, `TASK` places at a time.

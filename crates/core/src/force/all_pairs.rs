@@ -167,27 +167,31 @@ impl<L: Law, B: Bond> Triangle<'_, L, B> {
         let (block, lane) = (i / LANES, i % LANES);
         let [x, y, z] = self.position;
         let own = [simd.splat(x[block].0[lane]), simd.splat(y[block].0[lane]), simd.splat(z[block].0[lane])];
-        let own_weight = simd.splat(self.weight.map_or(1.0, |weight| weight[block].0[lane]));
+        let own_weight = match self.weight {
+            Some(weight) => simd.splat(weight[block].0[lane]),
+            None => simd.splat(1.0),
+        };
         let reach = simd.splat(square_of(self.field.cutoff));
         let (zero, infinite) = (simd.splat(0.0), simd.splat(f64::INFINITY));
         let mut sums = [zero, zero, zero];
         let first = block - self.strip.rows.start / LANES;
         let [fx, fy, fz] = &mut self.strip.force;
-        let others = x[block..].iter().zip(&y[block..]).zip(&z[block..]);
-        let forces = fx[first..].iter_mut().zip(&mut fy[first..]).zip(&mut fz[first..]);
-        let mut from = block * LANES;
-        for (((x, y), z), ((fx, fy), fz)) in others.zip(forces) {
-            let d = [simd.load(&x.0) - own[0], simd.load(&y.0) - own[1], simd.load(&z.0) - own[2]];
+        // Indices and no iterators in here: what is not inlined is not compiled for the instruction set.
+        let blocks = x.len();
+        let (y, z) = (&y[..blocks], &z[..blocks]);
+        for b in block..blocks {
+            let (from, to) = (b * LANES, b - block + first);
+            let d = [simd.load(&x[b].0) - own[0], simd.load(&y[b].0) - own[1], simd.load(&z[b].0) - own[2]];
             let d = separation(simd, &self.field.periodic, self.periodic, d);
             let mut square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-            if from <= i || from + LANES > n {
+            if b == block || from + LANES > n {
                 // Those before i and behind the last are infinitely far.
                 let number = simd.splat(from as f64) + simd.load(&LANE);
                 square = square.select(simd.splat(i as f64 + 1.0).le(number), infinite);
                 square = square.select(number.le(simd.splat(n as f64 - 1.0)), infinite);
             }
             let weight = match self.weight {
-                Some(weight) => Some(&weight[from / LANES]),
+                Some(weight) => Some(&weight[b]),
                 None => None,
             };
             let partners = Consecutive { first: from, weight };
@@ -195,10 +199,9 @@ impl<L: Law, B: Bond> Triangle<'_, L, B> {
             let pull = pull(self.law, self.bond, reach, &pairs);
             let force = [pull * d[0], pull * d[1], pull * d[2]];
             sums = [sums[0] + force[0], sums[1] + force[1], sums[2] + force[2]];
-            (simd.load(&fx.0) - force[0]).store(&mut fx.0);
-            (simd.load(&fy.0) - force[1]).store(&mut fy.0);
-            (simd.load(&fz.0) - force[2]).store(&mut fz.0);
-            from += LANES;
+            (simd.load(&fx[to].0) - force[0]).store(&mut fx[to].0);
+            (simd.load(&fy[to].0) - force[1]).store(&mut fy[to].0);
+            (simd.load(&fz[to].0) - force[2]).store(&mut fz[to].0);
         }
         fx[first].0[lane] += sums[0].sum();
         fy[first].0[lane] += sums[1].sum();

@@ -7,7 +7,7 @@
 use super::near_field::{BindingTerm, Field, Group, Switch};
 use super::power::Power;
 use crate::domain::Periodic;
-use crate::lanes::round;
+use crate::lanes::{ln, round};
 use crate::simd::{Lanes, Simd};
 
 /// The eight partners of a block.
@@ -90,6 +90,8 @@ pub(super) struct General<'a> {
     /// Weights of the groups in the order of the kernel.
     pub(super) weights: &'a [Option<Vec<f64>>],
     pub(super) switch: Option<Switch>,
+    /// Whether any term needs ln s^2.
+    pub(super) logarithm: bool,
 }
 
 impl Law for General<'_> {
@@ -98,15 +100,17 @@ impl Law for General<'_> {
         let simd = pairs.simd;
         let zero = simd.splat(0.0);
         let inverse = simd.splat(1.0) / pairs.square.sqrt();
+        let logarithm = if self.logarithm { ln(simd, pairs.square) } else { zero };
         let (mut force, mut potential) = (zero, zero);
-        for (group, weights) in self.groups.iter().zip(self.weights) {
+        for g in 0..self.groups.len().min(self.weights.len()) {
+            let (group, weights) = (&self.groups[g], &self.weights[g]);
             let (mut sum, mut energy) = (zero, zero);
             for term in &group.terms {
-                let (strength, power) = (simd.splat(term.strength), term.power.lanes(simd, pairs.square, inverse));
+                let (strength, power) = (simd.splat(term.strength), term.power.lanes(simd, logarithm, inverse));
                 sum = sum + strength * power;
                 // A switch turns potentials into forces.
                 if self.switch.is_some() {
-                    let of_term = term.power.potential_lanes(simd, pairs.square, inverse, power);
+                    let of_term = term.power.potential_lanes(simd, pairs.square, logarithm, inverse, power);
                     energy = energy + strength * (of_term - simd.splat(term.shift));
                 }
             }
@@ -172,7 +176,8 @@ impl Bond for Bound<'_> {
             }
         };
         let inverse = simd.splat(1.0) / pairs.square.sqrt();
-        let mut force = simd.splat(self.strength) * self.power.lanes(simd, pairs.square, inverse);
+        let logarithm = if self.power.needs_logarithm() { ln(simd, pairs.square) } else { inverse };
+        let mut force = simd.splat(self.strength) * self.power.lanes(simd, logarithm, inverse);
         if let Some(weight) = self.weight {
             force = force * pairs.product(weight);
         }
@@ -248,7 +253,13 @@ pub(super) fn compose(field: &Field, ordered: &Ordered, job: impl Job) {
         Composition::OneTwo(strengths) => bind(field, ordered, OneTwo(strengths), job),
         Composition::SevenThirteen(strengths) => bind(field, ordered, SevenThirteen(strengths), job),
         Composition::General => {
-            let law = General { groups: &field.groups, weights: &ordered.weights, switch: field.switch };
+            let (groups, switch) = (&field.groups, field.switch);
+            let needs = |power: &Power| match switch {
+                Some(_) => power.potential_needs_logarithm(),
+                None => power.needs_logarithm(),
+            };
+            let logarithm = groups.iter().flat_map(|group| &group.terms).any(|term| needs(&term.power));
+            let law = General { groups, weights: &ordered.weights, switch, logarithm };
             bind(field, ordered, law, job);
         }
     }

@@ -317,7 +317,8 @@ fn magnitude<S: Simd>(simd: S, x: S::F) -> S::F {
 /// P(beta) from s^2 and 1/s.
 #[inline(always)]
 fn potential<S: Simd>(simd: S, power: &Power, square: S::F, inverse: S::F) -> S::F {
+    let logarithm = if power.potential_needs_logarithm() { crate::lanes::ln(simd, square) } else { inverse };
     // A logarithm does not need the power.
-    let of_power = if power.exponent == 1.0 { inverse } else { power.lanes(simd, square, inverse) };
-    power.potential_lanes(simd, square, inverse, of_power)
+    let of_power = if power.exponent == 1.0 { inverse } else { power.lanes(simd, logarithm, inverse) };
+    power.potential_lanes(simd, square, logarithm, inverse, of_power)
 }

@@ -6,7 +6,7 @@
 use super::composition::{Bond, Job, Law, Ordered, Pairs, Partners, compose, pull, separation, square_of};
 use super::near_field::Field;
 use crate::neighbor::{NeighborList, Rows, TASK};
-use crate::simd::{Eight, Kernel, LANES, Lanes, Simd, dispatch};
+use crate::simd::{Block, Eight, Kernel, LANES, Lanes, Simd, dispatch};
 use crate::state::Columns;
 use rayon::prelude::*;
 
@@ -37,10 +37,20 @@ impl Listed {
             self.sort(field, list);
         }
         let parallel = n >= PARALLEL_FROM;
+        let (periodic, built_at) = (&field.periodic, list.positions().axes());
         let renew = |(records, order): (&mut [[f64; 4]], &[u32])| {
             for (record, &i) in records.iter_mut().zip(order) {
                 let i = i as usize;
                 [record[0], record[1], record[2]] = [r.x[i], r.y[i], r.z[i]];
+            }
+            // Whoever left the box on one side and came back on the other goes on as if there were no box.
+            for axis in (0..3).filter(|&axis| periodic.length[axis] > 0.0) {
+                let (length, inverse) = (periodic.length[axis], periodic.inverse[axis]);
+                for (record, &i) in records.iter_mut().zip(order) {
+                    let start = built_at[axis][i as usize];
+                    let start = start - length * (start / length).floor();
+                    record[axis] -= length * crate::math::round((record[axis] - start) * inverse);
+                }
             }
         };
         if parallel {
@@ -126,88 +136,115 @@ struct ListedRows<'a, L, B> {
     forces: &'a mut [[f64; 3]],
 }
 
-/// Eight places, and the weights that came with their positions.
-struct Places<'a, F> {
-    places: &'a [u32; LANES],
-    weight: F,
+/// The next eight places, or fewer, and the weights that came with their positions.
+struct Places<'a> {
+    places: &'a [u32],
+    weight: &'a Block,
 }
 
-impl<S: Simd> Partners<S> for Places<'_, S::F> {
+impl<S: Simd> Partners<S> for Places<'_> {
     #[inline(always)]
     fn of(&self, simd: S, column: &[f64]) -> S::F {
         let mut values = [0.0; LANES];
-        for k in 0..LANES {
+        for k in 0..self.places.len().min(LANES) {
             values[k] = column[self.places[k] as usize];
         }
         simd.load(&values)
     }
 
     #[inline(always)]
-    fn weight(&self, _: S) -> S::F {
-        self.weight
+    fn weight(&self, simd: S) -> S::F {
+        simd.load(&self.weight.0)
     }
+}
+
+/// Blocks that are looked at together.
+const TILE: usize = 16;
+
+/// Distances to eight partners of a row, kept in the first cache level: two short loops keep a processor busier than a long
+/// one, in which all waits for the one before. (Indices and no iterators in here: what is not inlined is not compiled for
+/// the instruction set.)
+#[derive(Clone, Copy, Default)]
+struct Slot {
+    x: Block,
+    y: Block,
+    z: Block,
+    weight: Block,
+    square: Block,
 }
 
 impl<L: Law, B: Bond> Kernel for ListedRows<'_, L, B> {
     type Output = ();
 
     #[inline(always)]
-    fn run<S: Simd>(mut self, simd: S) {
+    fn run<S: Simd>(self, simd: S) {
+        let mut tile = [Slot::default(); TILE];
         for k in 0..self.forces.len() {
-            let own = &self.records[self.first + k];
-            let mut row = Row {
-                place: self.first + k,
-                own: [simd.splat(own[0]), simd.splat(own[1]), simd.splat(own[2])],
-                weight: simd.splat(own[3]),
-                sums: [simd.splat(0.0); 3],
-            };
-            let mut rest = [row.place as u32; LANES];
-            for partners in self.rows.row(k).chunks(LANES) {
-                let places = match partners.first_chunk() {
-                    Some(places) => places,
-                    None => {
-                        rest[..partners.len()].copy_from_slice(partners);
-                        &rest
-                    }
-                };
-                self.block(simd, &mut row, places, partners.len());
+            let mut sums = [simd.splat(0.0); 3];
+            let mut rest = self.rows.row(k);
+            while !rest.is_empty() {
+                let (partners, others) = rest.split_at(rest.len().min(TILE * LANES));
+                self.distances(simd, &mut tile, k, partners);
+                self.pulls(simd, &tile, k, partners, &mut sums);
+                rest = others;
             }
-            let [x, y, z] = row.sums;
-            self.forces[k] = [x.sum(), y.sum(), z.sum()];
+            self.forces[k] = [sums[0].sum(), sums[1].sum(), sums[2].sum()];
         }
     }
 }
 
-/// A particle, and the sums over its partners.
-struct Row<S: Simd> {
-    place: usize,
-    own: [S::F; 3],
-    weight: S::F,
-    sums: [S::F; 3],
-}
-
 impl<L: Law, B: Bond> ListedRows<'_, L, B> {
-    /// Adds the forces of eight places, of which the first `count` are partners.
+    /// r_j - r_i and s^2 for the partners of the k-th place.
     #[inline(always)]
-    fn block<S: Simd>(&mut self, simd: S, row: &mut Row<S>, places: &[u32; LANES], count: usize) {
-        let mut records = [&self.records[0]; LANES];
-        for k in 0..LANES {
-            records[k] = &self.records[places[k] as usize];
+    fn distances<S: Simd>(&self, simd: S, tile: &mut [Slot; TILE], k: usize, partners: &[u32]) {
+        let own = &self.records[self.first + k];
+        let mut records = [own; LANES];
+        let own = [simd.splat(own[0]), simd.splat(own[1]), simd.splat(own[2])];
+        let images = self.periodic && !self.rows.inside(k);
+        let (blocks, rest) = partners.as_chunks::<LANES>();
+        for b in 0..partners.len().div_ceil(LANES) {
+            if b < blocks.len() {
+                for l in 0..LANES {
+                    records[l] = &self.records[blocks[b][l] as usize];
+                }
+            } else {
+                for l in 0..rest.len() {
+                    records[l] = &self.records[rest[l] as usize];
+                }
+            }
+            let columns = simd.transpose(records);
+            let d = [columns[0] - own[0], columns[1] - own[1], columns[2] - own[2]];
+            let d = separation(simd, &self.field.periodic, images, d);
+            let mut square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+            if b == blocks.len() {
+                // Surplus lanes are infinitely far.
+                let inside = simd.load(&LANE).le(simd.splat(rest.len() as f64 - 1.0));
+                square = square.select(inside, simd.splat(f64::INFINITY));
+            }
+            let slot = &mut tile[b];
+            d[0].store(&mut slot.x.0);
+            d[1].store(&mut slot.y.0);
+            d[2].store(&mut slot.z.0);
+            columns[3].store(&mut slot.weight.0);
+            square.store(&mut slot.square.0);
         }
-        let [x, y, z, weight] = simd.transpose(records);
-        let d = [x - row.own[0], y - row.own[1], z - row.own[2]];
-        let d = separation(simd, &self.field.periodic, self.periodic, d);
-        let mut square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-        if count < LANES {
-            // Surplus lanes are infinitely far.
-            let inside = simd.load(&LANE).le(simd.splat(count as f64 - 1.0));
-            square = square.select(inside, simd.splat(f64::INFINITY));
-        }
-        let partners = Places { places, weight };
-        let pairs = Pairs { simd, own: row.place, own_weight: row.weight, partners: &partners, square };
-        let pull = pull(self.law, self.bond, simd.splat(square_of(self.field.cutoff)), &pairs);
-        for axis in 0..3 {
-            row.sums[axis] = row.sums[axis] + pull * d[axis];
+    }
+
+    /// Adds the forces of the partners of the k-th place.
+    #[inline(always)]
+    fn pulls<S: Simd>(&self, simd: S, tile: &[Slot; TILE], k: usize, partners: &[u32], sums: &mut [S::F; 3]) {
+        let place = self.first + k;
+        let own_weight = simd.splat(self.records[place][3]);
+        let reach = simd.splat(square_of(self.field.cutoff));
+        for b in 0..partners.len().div_ceil(LANES) {
+            let slot = &tile[b];
+            let places = Places { places: &partners[b * LANES..], weight: &slot.weight };
+            let square = simd.load(&slot.square.0);
+            let pairs = Pairs { simd, own: place, own_weight, partners: &places, square };
+            let pull = pull(self.law, self.bond, reach, &pairs);
+            sums[0] = sums[0] + pull * simd.load(&slot.x.0);
+            sums[1] = sums[1] + pull * simd.load(&slot.y.0);
+            sums[2] = sums[2] + pull * simd.load(&slot.z.0);
         }
     }
 }

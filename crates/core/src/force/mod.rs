@@ -12,6 +12,8 @@ mod external;
 mod listed;
 mod near_field;
 mod power;
+#[cfg(test)]
+mod tests;
 
 pub use external::ExternalField;
 pub use near_field::{BindingTerm, Field, Switch, Term};

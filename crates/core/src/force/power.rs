@@ -39,9 +39,21 @@ impl Power {
         Self { exponent, kind }
     }
 
-    /// s^-beta from s^2 and 1/s.
+    /// Whether the power goes through ln and exp.
+    #[must_use]
+    pub fn needs_logarithm(&self) -> bool {
+        self.kind == Kind::Real
+    }
+
+    /// Whether the potential is a logarithm, or needs one.
+    #[must_use]
+    pub fn potential_needs_logarithm(&self) -> bool {
+        self.needs_logarithm() || self.exponent == 1.0
+    }
+
+    /// s^-beta from ln s^2, if [`Power::needs_logarithm`], and 1/s.
     #[inline(always)]
-    pub(crate) fn lanes<S: Simd>(&self, simd: S, square: S::F, q: S::F) -> S::F {
+    pub(crate) fn lanes<S: Simd>(&self, simd: S, logarithm: S::F, q: S::F) -> S::F {
         match self.kind {
             Kind::Chain { mut whole, half } => {
                 let mut product = if half { q.sqrt() } else { simd.splat(1.0) };
@@ -55,15 +67,22 @@ impl Power {
                 }
                 product
             }
-            Kind::Real => lanes::exp(simd, simd.splat(-0.5 * self.exponent) * lanes::ln(simd, square)),
+            Kind::Real => lanes::exp(simd, simd.splat(-0.5 * self.exponent) * logarithm),
         }
     }
 
-    /// P(beta) from s^2, 1/s and s^-beta.
+    /// P(beta) from s^2, ln s^2 if beta = 1, 1/s and s^-beta.
     #[inline(always)]
-    pub(crate) fn potential_lanes<S: Simd>(&self, simd: S, square: S::F, inverse: S::F, power: S::F) -> S::F {
+    pub(crate) fn potential_lanes<S: Simd>(
+        &self,
+        simd: S,
+        square: S::F,
+        logarithm: S::F,
+        inverse: S::F,
+        power: S::F,
+    ) -> S::F {
         if self.exponent == 1.0 {
-            simd.splat(0.5) * lanes::ln(simd, square)
+            simd.splat(0.5) * logarithm
         } else {
             // s = s^2 * (1/s)
             simd.splat(1.0 / (1.0 - self.exponent)) * (square * inverse) * power

@@ -17,6 +17,24 @@ const X_STEPS: f64 = 64.0;
 /// Particles from which sorting and sharing out are worth their overhead.
 const PARALLEL_FROM: usize = 2048;
 
+/// The set bits of a mask, in order, and then anything.
+const PLACES: [[u8; LANES]; 256] = {
+    let mut places = [[0; LANES]; 256];
+    let mut mask = 0;
+    while mask < 256 {
+        let (mut bit, mut count) = (0, 0);
+        while bit < LANES {
+            if mask >> bit & 1 == 1 {
+                places[mask][count] = bit as u8;
+                count += 1;
+            }
+            bit += 1;
+        }
+        mask += 1;
+    }
+    places
+};
+
 impl NeighborList {
     /// Builds the rows for these positions.
     pub fn build(&mut self, r: &Columns, periodic: &Periodic) {
@@ -38,7 +56,8 @@ impl NeighborList {
         self.order.clear();
         self.order.extend(keyed.iter().map(|&(_, i)| i));
         let order = &self.order;
-        let sorted = Columns { x: padded(order, &r.x), y: padded(order, &r.y), z: padded(order, &r.z) };
+        let column = |axis: usize| padded(order, r.axes()[axis], |x| sorting[axis].wrap(x));
+        let sorted = Columns { x: column(0), y: column(1), z: column(2) };
         let keys: Vec<u64> = keyed.into_iter().map(|(key, _)| key).collect();
         let search = Search { keys: &keys, r: &sorted, sorting, periodic, reach };
         self.tasks.resize_with(n.div_ceil(TASK), Rows::default);
@@ -55,10 +74,10 @@ impl NeighborList {
     }
 }
 
-/// A column in the order of places, with room for a whole vector behind the last.
-fn padded(order: &[u32], column: &[f64]) -> Vec<f64> {
+/// A column in the order of places, inside the box, with room for a whole vector behind the last.
+fn padded(order: &[u32], column: &[f64], wrap: impl Fn(f64) -> f64) -> Vec<f64> {
     let mut sorted = Vec::with_capacity(order.len() + LANES);
-    sorted.extend(order.iter().map(|&i| column[i as usize]));
+    sorted.extend(order.iter().map(|&i| wrap(column[i as usize])));
     sorted.resize(order.len() + LANES, f64::INFINITY);
     sorted
 }
@@ -167,6 +186,7 @@ impl Kernel for Fill<'_> {
         let mut row = u64::MAX;
         let (mut start, mut found) = (Vec::with_capacity(TASK + 1), vec![0; 64 * TASK]);
         start.push(0);
+        let mut inside = Vec::with_capacity(TASK);
         let mut count = 0;
         for place in places {
             let key = search.keys[place] >> X_BITS;
@@ -176,12 +196,15 @@ impl Kernel for Fill<'_> {
             }
             count = search.partners(simd, place, &mut near.0[..near.1], &mut found, count);
             start.push(count as u32);
+            inside.push(search.inside(place));
         }
-        // No more room than is needed, since there are many lists.
+        // Little more room than is needed, since there are many lists.
+        if rows.partners.capacity() < count || rows.partners.capacity() > count + count / 4 {
+            rows.partners = Vec::with_capacity(count + count / 16);
+        }
         rows.partners.clear();
-        rows.partners.reserve_exact(count);
         rows.partners.extend_from_slice(&found[..count]);
-        rows.start = start;
+        (rows.start, rows.inside) = (start, inside);
     }
 }
 
@@ -214,7 +237,7 @@ impl Search<'_> {
         mut count: usize,
     ) -> usize {
         let along = &self.sorting[0];
-        let x = along.wrap(self.r.x[place]);
+        let x = self.r.x[place];
         let (low, high) = (x - self.reach, x + self.reach);
         // What is beyond an end of a periodic box is at its other end.
         let whole = along.length > 0.0 && 2.0 * self.reach >= along.length;
@@ -242,6 +265,17 @@ impl Search<'_> {
         count
     }
 
+    /// Whether all that is in reach of a place is in the box with it: no images have to be looked at.
+    #[inline(always)]
+    fn inside(&self, place: usize) -> bool {
+        let mut inside = true;
+        for axis in 0..3 {
+            let (x, length) = (self.r.axes()[axis][place], self.periodic.length[axis]);
+            inside &= length == 0.0 || (x >= self.reach && x <= length - self.reach);
+        }
+        inside
+    }
+
     /// Places of a row from one step to another.
     fn range(&self, key: u64, from: u64, to: u64) -> Range<usize> {
         self.keys.partition_point(|&held| held < key + from)..self.keys.partition_point(|&held| held <= key + to)
@@ -263,14 +297,17 @@ impl Search<'_> {
         let axes = self.r.axes();
         let own = [simd.splat(axes[0][place]), simd.splat(axes[1][place]), simd.splat(axes[2][place])];
         let reach = simd.splat(self.reach * self.reach);
+        let images = !self.inside(place);
         let mut first = range.start;
         while first < range.end {
             let mut square = simd.splat(0.0);
             for axis in 0..3 {
                 let Some(others) = axes[axis][first..].first_chunk() else { return count };
-                let d = simd.load(others) - own[axis];
-                let images = round(simd, d * simd.splat(self.periodic.inverse[axis]));
-                let d = d - simd.splat(self.periodic.length[axis]) * images;
+                let mut d = simd.load(others) - own[axis];
+                if images {
+                    let images = round(simd, d * simd.splat(self.periodic.inverse[axis]));
+                    d = d - simd.splat(self.periodic.length[axis]) * images;
+                }
                 square = square + d * d;
             }
             let mut mask = S::F::bitmask(square.le(reach));
@@ -281,12 +318,11 @@ impl Search<'_> {
                 mask &= !(1 << (place - first));
             }
             let Some(room) = found[count..].first_chunk_mut::<LANES>() else { return count };
-            let mut put = 0;
+            let set = &PLACES[(mask & 0xFF) as usize];
             for k in 0..LANES {
-                room[put.min(LANES - 1)] = (first + k) as u32;
-                put += (mask >> k & 1) as usize;
+                room[k] = first as u32 + u32::from(set[k]);
             }
-            count += put;
+            count += mask.count_ones() as usize;
             first += LANES;
         }
         count
