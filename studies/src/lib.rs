@@ -2,6 +2,7 @@
 
 pub mod accuracy;
 pub mod paper;
+pub mod performance;
 pub mod progress;
 pub mod run;
 pub mod statistics;

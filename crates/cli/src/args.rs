@@ -72,6 +72,23 @@ pub struct Global {
     /// Number of threads; results do not depend on it [default: one per core]
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
+    /// Widest instruction set to use; results do not depend on it
+    #[arg(long, global = true, value_name = "SET", value_enum, default_value_t)]
+    pub simd: InstructionSet,
+}
+
+/// Instruction sets of the solver.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, ValueEnum)]
+pub enum InstructionSet {
+    /// The widest that the machine has.
+    #[default]
+    Auto,
+    /// AVX-512, 512-bit vectors of x86-64.
+    Avx512,
+    /// AVX2, 256-bit vectors of x86-64.
+    Avx2,
+    /// What every machine of the kind has.
+    Portable,
 }
 
 /// When to use colour.

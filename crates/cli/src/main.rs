@@ -24,10 +24,11 @@ mod terms;
 
 use std::process::ExitCode;
 
+use agglo_core::simd::Level;
 use clap::Parser;
 use clap::error::ErrorKind;
 
-use args::{Cli, Command, ErrorFormat, Global};
+use args::{Cli, Command, ErrorFormat, Global, InstructionSet};
 use failure::{CommandResult, Failure, Message, Success};
 use terminal::Terminal;
 
@@ -38,7 +39,9 @@ fn main() -> ExitCode {
         Err(error) => return usage(&error),
     };
     let terminal = Terminal::new(&cli.global);
-    let result = threads(&cli.global).and_then(|()| dispatch(&cli.command, &terminal));
+    let result = threads(&cli.global)
+        .and_then(|()| instructions(cli.global.simd))
+        .and_then(|()| dispatch(&cli.command, &terminal));
     if let Err(failure) = &result {
         terminal.failure(failure);
     }
@@ -109,6 +112,22 @@ fn threads(options: &Global) -> Result<(), Failure> {
             Message::new(format!("cannot start {threads} threads: {error}")).hint("give a smaller --threads"),
         )
     })
+}
+
+/// Limits the instruction sets for the whole program.
+fn instructions(set: InstructionSet) -> Result<(), Failure> {
+    let (level, name) = match set {
+        InstructionSet::Auto => return Ok(()),
+        InstructionSet::Avx512 => (Level::Avx512, "AVX-512"),
+        InstructionSet::Avx2 => (Level::Avx2, "AVX2"),
+        InstructionSet::Portable => (Level::Portable, "portable code"),
+    };
+    if !level.available() {
+        let message = Message::new(format!("this machine does not have {name}"));
+        return Err(Failure::Input(message.hint("leave --simd out: results do not depend on it")));
+    }
+    agglo_core::simd::limit(level);
+    Ok(())
 }
 
 /// A panic is a bug in this program; the message says so before the usual one.

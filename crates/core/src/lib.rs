@@ -21,6 +21,7 @@ pub mod events;
 pub mod force;
 pub mod impact;
 pub mod integrator;
+pub mod lanes;
 pub mod ledger;
 pub mod math;
 pub mod neighbor;

@@ -4,10 +4,36 @@
 //! standard library's may not. Errors against correctly rounded values are measured by the tests below.
 
 /// ln 2 in two parts: the first has 20 trailing zero bits, so that k * LN2_HIGH is exact for every exponent k.
-const LN2_HIGH: f64 = f64::from_bits(0x3FE6_2E42_FEE0_0000);
-const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
+pub(crate) const LN2_HIGH: f64 = f64::from_bits(0x3FE6_2E42_FEE0_0000);
+/// The rest of ln 2.
+pub(crate) const LN2_LOW: f64 = 1.908_214_929_270_587_7e-10;
 /// Adding and subtracting 1.5 * 2^52 rounds to the nearest integer, and leaves it in the low bits.
-const ROUND: f64 = 6_755_399_441_055_744.0;
+pub(crate) const ROUND: f64 = 6_755_399_441_055_744.0;
+
+/// 2 artanh(s) - 2 s over s^3 as a series in z = s^2. The next term, 2/25 z^10, is below 2e-18 of the sum for |s| <= 0.1716.
+pub(crate) const LN_SERIES: [f64; 11] = [
+    2.0 / 23.0,
+    2.0 / 21.0,
+    2.0 / 19.0,
+    2.0 / 17.0,
+    2.0 / 15.0,
+    2.0 / 13.0,
+    2.0 / 11.0,
+    2.0 / 9.0,
+    2.0 / 7.0,
+    2.0 / 5.0,
+    2.0 / 3.0,
+];
+/// The exponential series: 1/13!, .., 1/2!, 1, 1; the next term is below 5e-18.
+pub(crate) const EXP_SERIES: [f64; 14] = {
+    let mut series = [1.0; 14];
+    let mut n = 12;
+    while n > 0 {
+        n -= 1;
+        series[n] = series[n + 1] / (13 - n) as f64;
+    }
+    series
+};
 
 /// Natural logarithm of a positive, finite, normal number; at most 1 ulp off.
 ///
@@ -23,21 +49,7 @@ pub fn ln(x: f64) -> f64 {
     let f = f64::from_bits((shifted & 0x000F_FFFF_FFFF_FFFF) + SQRT_HALF) - 1.0;
     let s = f / (2.0 + f);
     let z = s * s;
-    // The next term, 2/25 z^10, is below 2e-18 of the sum for |s| <= 0.1716.
-    const SERIES: [f64; 11] = [
-        2.0 / 23.0,
-        2.0 / 21.0,
-        2.0 / 19.0,
-        2.0 / 17.0,
-        2.0 / 15.0,
-        2.0 / 13.0,
-        2.0 / 11.0,
-        2.0 / 9.0,
-        2.0 / 7.0,
-        2.0 / 5.0,
-        2.0 / 3.0,
-    ];
-    let r = polynomial(&SERIES, z);
+    let r = polynomial(&LN_SERIES, z);
     let r = r * z;
     let half_square = 0.5 * f * f;
     k * LN2_HIGH - ((half_square - (s * (half_square + r) + k * LN2_LOW)) - f)
@@ -54,17 +66,7 @@ pub fn exp(x: f64) -> f64 {
     let shifted = x * std::f64::consts::LOG2_E + ROUND;
     let k = shifted - ROUND;
     let r = (x - k * LN2_HIGH) - k * LN2_LOW;
-    // 1/13!, .., 1/2!, 1, 1; the next term is below 5e-18.
-    const SERIES: [f64; 14] = {
-        let mut series = [1.0; 14];
-        let mut n = 12;
-        while n > 0 {
-            n -= 1;
-            series[n] = series[n + 1] / (13 - n) as f64;
-        }
-        series
-    };
-    let sum = polynomial(&SERIES, r);
+    let sum = polynomial(&EXP_SERIES, r);
     f64::from_bits(sum.to_bits().wrapping_add(shifted.to_bits() << 52))
 }
 
@@ -87,6 +89,17 @@ fn polynomial<const N: usize>(coefficients: &[f64; N], x: f64) -> f64 {
 #[must_use]
 pub fn round(x: f64) -> f64 {
     (x + ROUND) - ROUND
+}
+
+/// The median of some numbers, the upper one of two; 0 of none.
+#[must_use]
+pub fn median(values: &[f64]) -> f64 {
+    let mut finite: Vec<f64> = values.iter().copied().filter(|x| x.is_finite()).collect();
+    if finite.is_empty() {
+        return 0.0;
+    }
+    let middle = finite.len() / 2;
+    *finite.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// A sum that keeps the low bits (Neumaier): its error does not grow with the number of terms.

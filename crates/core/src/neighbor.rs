@@ -1,16 +1,29 @@
-//! Which pairs are worth a look: all of them, or those in lists built from a sorted grid of cells.
+//! Which pairs are worth a look: all of them, or those in lists built from particles sorted in space.
 //!
-//! A list holds, for every particle, all others closer than range + skin, in ascending order. It stays valid until some
-//! particle has moved half a skin. Memory is linear in the number of particles, however large the space they fill:
-//! cells exist only where there are particles.
+//! A list holds, for every particle, all others closer than range + skin. It stays valid until some particle has moved
+//! half a skin. Particles are numbered by *places* in it: sorted by rows along x of a grid in y and z, and along x within a
+//! row, so that partners are near in memory too. Memory is linear in the number of particles, however large the space
+//! they fill.
 
 use crate::domain::Periodic;
+use crate::simd::{Eight, Kernel, LANES, Lanes, Simd, dispatch};
 use crate::state::Columns;
+use rayon::prelude::*;
+
+mod build;
+mod grid;
+
+pub(crate) use grid::{Grid, bounds};
 
 /// Below this number of particles the all-pairs loop is faster than any list.
 const LIST_FROM: usize = 200;
-/// A list is used where it holds less than this share of all pairs.
-const LIST_SHARE: f64 = 0.25;
+/// A list is used where it holds less than this share of all pairs: a pair of a list costs up to four of the all-pairs
+/// loop, which evaluates each pair once and needs no gathering.
+const LIST_SHARE: f64 = 0.2;
+/// Skin over the mean spacing of particles [-]: wider ones cost more pairs, narrower ones more builds.
+const SKIN: f64 = 0.4;
+/// Places per task: depends on nothing but this constant, never on the number of threads.
+pub(crate) const TASK: usize = 256;
 
 /// Candidate partners of every particle.
 #[derive(Clone, Debug)]
@@ -26,12 +39,39 @@ pub enum Neighbors {
 pub struct NeighborList {
     range: f64,
     skin: f64,
-    /// Row i is `partners[start[i]..start[i + 1]]`.
-    start: Vec<usize>,
-    partners: Vec<u32>,
+    /// The particle at every place.
+    order: Vec<u32>,
+    /// Rows of `TASK` places each.
+    tasks: Vec<Rows>,
     /// Positions at the last build; empty before the first.
     built_at: Columns,
-    cells: Vec<(u64, u32)>,
+    /// Counts builds.
+    builds: u64,
+}
+
+/// The rows of consecutive places.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Rows {
+    /// Row k is `partners[start[k]..start[k + 1]]`.
+    start: Vec<u32>,
+    /// Places.
+    partners: Vec<u32>,
+    /// Whether no partner of a row is an image, at the last build and since.
+    inside: Vec<bool>,
+}
+
+impl Rows {
+    /// Whether no partner of the k-th place is an image.
+    #[inline(always)]
+    pub(crate) fn inside(&self, k: usize) -> bool {
+        self.inside[k]
+    }
+
+    /// Partners of the k-th place, as places.
+    #[inline(always)]
+    pub(crate) fn row(&self, k: usize) -> &[u32] {
+        &self.partners[self.start[k] as usize..self.start[k + 1] as usize]
+    }
 }
 
 impl Neighbors {
@@ -50,7 +90,7 @@ impl Neighbors {
             })
             .product();
         let spacing = libm::cbrt(volume / n as f64);
-        let skin = (0.5 * spacing).clamp(0.1 * range, range);
+        let skin = (SKIN * spacing).clamp(0.1 * range, range);
         let reach = range + skin;
         if 4.2 * reach * reach * reach > LIST_SHARE * volume {
             return Self::All;
@@ -100,21 +140,46 @@ impl Neighbors {
     pub fn pairs(&self, n: usize) -> u64 {
         match self {
             Self::All => n as u64 * (n as u64 - u64::from(n > 0)) / 2,
-            Self::List(list) => list.partners.len() as u64 / 2,
-        }
-    }
-
-    /// Partners of particle i, ascending; `None` for everyone.
-    #[must_use]
-    pub fn row(&self, i: usize) -> Option<&[u32]> {
-        match self {
-            Self::All => None,
-            Self::List(list) => Some(&list.partners[list.start[i]..list.start[i + 1]]),
+            Self::List(list) => list.tasks.iter().map(|rows| rows.partners.len() as u64).sum::<u64>() / 2,
         }
     }
 }
 
 impl NeighborList {
+    /// For pairs up to `range` apart, and `skin` further [m]; nothing is in it yet.
+    #[must_use]
+    pub fn new(range: f64, skin: f64) -> Self {
+        Self { range, skin, ..Self::default() }
+    }
+
+    /// The particle at every place, length n.
+    #[must_use]
+    pub fn order(&self) -> &[u32] {
+        &self.order
+    }
+
+    /// Partners of the particle at a place, as places.
+    #[must_use]
+    pub fn row(&self, place: usize) -> &[u32] {
+        self.tasks[place / TASK].row(place % TASK)
+    }
+
+    /// Positions at the last build.
+    pub(crate) fn positions(&self) -> &Columns {
+        &self.built_at
+    }
+
+    /// Rows, `TASK` places at a time.
+    pub(crate) fn tasks(&self) -> &[Rows] {
+        &self.tasks
+    }
+
+    /// How often it has been built.
+    #[must_use]
+    pub fn builds(&self) -> u64 {
+        self.builds
+    }
+
     fn outdated(&self, r: &Columns, periodic: &Periodic) -> bool {
         self.outdated_by(r, periodic, 0.0)
     }
@@ -126,191 +191,162 @@ impl NeighborList {
         }
         let limit = (0.5 * self.skin - travel).max(0.0);
         let limit = limit * limit;
-        let square = |i: usize| -> f64 {
-            (0..3)
-                .map(|axis| {
-                    let d = periodic.minimum_image(axis, r.axes()[axis][i] - self.built_at.axes()[axis][i]);
-                    d * d
-                })
-                .sum()
+        let moved = |first: usize, count: usize| {
+            dispatch(Moved { from: slices(&self.built_at, first, count), to: slices(r, first, count), periodic, limit })
         };
-        // A NaN counts as moved: the build copes with it, and the step is rejected for it.
-        (0..r.len()).map(square).any(|moved| moved >= limit || moved.is_nan())
-    }
-
-    /// Builds the rows for these positions.
-    pub fn build(&mut self, r: &Columns, periodic: &Periodic) {
         let n = r.len();
-        let grid = Grid::new(r, self.range + self.skin, periodic);
-        self.cells.clear();
-        self.cells.extend((0..n).map(|i| (grid.key(grid.cell(r, i)), i as u32)));
-        self.cells.sort_unstable();
-        let reach = (self.range + self.skin) * (self.range + self.skin);
-        self.start.clear();
-        self.partners.clear();
-        self.start.push(0);
-        for i in 0..n {
-            let from = self.partners.len();
-            grid.visit(grid.cell(r, i), &self.cells, |j| {
-                if j as usize != i && periodic.separation(r, i, j as usize).norm_squared() <= reach {
-                    self.partners.push(j);
-                }
-            });
-            self.partners[from..].sort_unstable();
-            self.start.push(self.partners.len());
+        if n < PARALLEL_FROM {
+            moved(0, n)
+        } else {
+            (0..n.div_ceil(PARALLEL_FROM))
+                .into_par_iter()
+                .any(|k| moved(k * PARALLEL_FROM, PARALLEL_FROM.min(n - k * PARALLEL_FROM)))
         }
-        self.built_at.clone_from(r);
     }
 }
 
-/// A grid of cubic cells at least `reach` wide; in periodic directions a whole number of them.
-#[derive(Clone, Copy, Debug)]
-pub(crate) struct Grid {
-    origin: [f64; 3],
-    inverse: [f64; 3],
-    /// Number of cells in periodic directions, 0 in open ones.
-    wrapped: [i64; 3],
+/// Particles that one task looks through.
+const PARALLEL_FROM: usize = 16_384;
+
+fn slices(columns: &Columns, first: usize, count: usize) -> [&[f64]; 3] {
+    columns.axes().map(|column| &column[first..first + count])
 }
 
-impl Grid {
-    /// For points and a reach [m].
-    pub(crate) fn new(r: &Columns, reach: f64, periodic: &Periodic) -> Self {
-        let mut grid = Self { origin: [0.0; 3], inverse: [0.0; 3], wrapped: [0; 3] };
-        for axis in 0..3 {
-            let length = periodic.length[axis];
-            if length > 0.0 {
-                let cells = (length / reach).floor().clamp(1.0, 1_048_576.0);
-                grid.wrapped[axis] = cells as i64;
-                grid.inverse[axis] = cells / length;
-            } else {
-                let (low, high) = bounds(r.axes()[axis]);
-                grid.origin[axis] = low;
-                // 20 bits of cell number in each direction: wider cells where the cloud is larger than that.
-                grid.inverse[axis] = 1.0 / reach.max((high - low) / 1_000_000.0);
+/// Whether any particle moved at least the root of `limit`.
+struct Moved<'a> {
+    from: [&'a [f64]; 3],
+    to: [&'a [f64]; 3],
+    periodic: &'a Periodic,
+    limit: f64,
+}
+
+impl Kernel for Moved<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> bool {
+        let Self { from, to, periodic, limit } = self;
+        let limit = simd.splat(limit);
+        let n = to[0].len();
+        let mut first = 0;
+        while first < n {
+            let mut square = simd.splat(0.0);
+            for axis in 0..3 {
+                let d = load(simd, to[axis], first) - load(simd, from[axis], first);
+                let images = crate::lanes::round(simd, d * simd.splat(periodic.inverse[axis]));
+                let d = d - simd.splat(periodic.length[axis]) * images;
+                square = square + d * d;
             }
-        }
-        grid
-    }
-
-    /// Cell of point i.
-    pub(crate) fn cell(&self, r: &Columns, i: usize) -> [i64; 3] {
-        std::array::from_fn(|axis| {
-            // `as` turns a NaN into 0 and clamps infinities: such a step is rejected later.
-            let cell = ((r.axes()[axis][i] - self.origin[axis]) * self.inverse[axis]).floor() as i64;
-            if self.wrapped[axis] > 0 { cell.rem_euclid(self.wrapped[axis]) } else { cell.clamp(0, 1_000_001) }
-        })
-    }
-
-    /// Sort key of a cell: cells that differ only in x are neighbours in order.
-    pub(crate) fn key(&self, cell: [i64; 3]) -> u64 {
-        ((cell[2] as u64) << 42) | ((cell[1] as u64) << 21) | cell[0] as u64
-    }
-
-    /// The cell with a key.
-    pub(crate) fn cell_of(key: u64) -> [i64; 3] {
-        const MASK: u64 = (1 << 21) - 1;
-        [(key & MASK) as i64, (key >> 21 & MASK) as i64, (key >> 42) as i64]
-    }
-
-    /// Whether the two neighbours of a cell differ from it and from each other in every direction.
-    pub(crate) fn has_neighbours(&self) -> bool {
-        self.wrapped.iter().all(|&cells| cells == 0 || cells > 2)
-    }
-
-    /// Whether a cell is the last along a periodic axis.
-    pub(crate) fn is_last(&self, axis: usize, c: i64) -> bool {
-        self.wrapped[axis] > 0 && c + 1 == self.wrapped[axis]
-    }
-
-    /// The cell one step further along an axis; `None` before the first of an open one.
-    pub(crate) fn step(&self, axis: usize, c: i64, by: i64) -> Option<i64> {
-        let wrapped = self.wrapped[axis];
-        if wrapped > 0 { Some((c + by).rem_euclid(wrapped)) } else { Some(c + by).filter(|&c| c >= 0) }
-    }
-
-    /// Calls `visit` for every point in the 27 cells about a cell, each once; `cells` is sorted (key, point).
-    pub(crate) fn visit(&self, cell: [i64; 3], cells: &[(u64, u32)], mut visit: impl FnMut(u32)) {
-        let about: [([i64; 3], usize); 3] = std::array::from_fn(|axis| self.about(axis, cell[axis]));
-        for &z in &about[2].0[..about[2].1] {
-            for &y in &about[1].0[..about[1].1] {
-                for &x in &about[0].0[..about[0].1] {
-                    let key = self.key([x, y, z]);
-                    let from = cells.partition_point(|&(k, _)| k < key);
-                    for &(_, j) in cells[from..].iter().take_while(|&&(k, _)| k == key) {
-                        visit(j);
-                    }
-                }
+            // A NaN counts as moved: the build copes with it, and the step is rejected for it.
+            if S::F::bitmask(limit.le(square)) != 0 || S::F::bitmask(square.le(limit)) != 0xFF {
+                return true;
             }
+            first += LANES;
         }
-    }
-
-    /// The up to three distinct cells about one along an axis.
-    fn about(&self, axis: usize, c: i64) -> ([i64; 3], usize) {
-        let mut cells = [0; 3];
-        let mut count = 0;
-        for d in -1..=1 {
-            let wrapped = self.wrapped[axis];
-            let cell = if wrapped > 0 { (c + d).rem_euclid(wrapped) } else { c + d };
-            if cell >= 0 && !cells[..count].contains(&cell) {
-                cells[count] = cell;
-                count += 1;
-            }
-        }
-        (cells, count)
+        false
     }
 }
 
-/// Smallest and largest of some finite numbers; (0, 0) of none.
-fn bounds(column: &[f64]) -> (f64, f64) {
-    let finite = column.iter().copied().filter(|x| x.is_finite());
-    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
-    if low <= high { (low, high) } else { (0.0, 0.0) }
+/// Eight numbers from `first` on, zeros behind the last.
+#[inline(always)]
+pub(crate) fn load<S: Simd>(simd: S, column: &[f64], first: usize) -> S::F {
+    match column[first..].first_chunk::<LANES>() {
+        Some(eight) => simd.load(eight),
+        None => {
+            let mut eight: Eight = [0.0; LANES];
+            eight[..column.len() - first].copy_from_slice(&column[first..]);
+            simd.load(&eight)
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
-    use super::{NeighborList, Neighbors};
+    use super::NeighborList;
     use crate::domain::Periodic;
     use crate::state::Columns;
     use rand::{Rng, SeedableRng};
 
-    fn cloud(n: usize, spread: f64) -> Columns {
+    fn cloud(n: usize, spread: [f64; 3]) -> Columns {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(7);
         let mut uniform = || (rng.next_u64() >> 11) as f64 / (1u64 << 53) as f64;
         let mut r = Columns::default();
         for _ in 0..n {
-            r.push([spread * uniform(), spread * uniform(), spread * uniform()]);
+            r.push(spread.map(|spread| spread * uniform()));
         }
         r
     }
 
-    fn rows(list: &Neighbors, n: usize) -> Vec<Vec<u32>> {
-        (0..n).map(|i| list.row(i).unwrap().to_vec()).collect()
+    /// Partners of every particle by number, ascending.
+    fn partners(list: &NeighborList) -> Vec<Vec<u32>> {
+        let mut partners = vec![Vec::new(); list.order().len()];
+        for (place, &i) in list.order().iter().enumerate() {
+            partners[i as usize] = list.row(place).iter().map(|&q| list.order()[q as usize]).collect();
+            partners[i as usize].sort_unstable();
+        }
+        partners
     }
 
     #[test]
     fn lists_hold_exactly_the_pairs_in_reach() {
-        for (length, spread) in
-            [([0.0; 3], 10.0), ([10.0, 0.0, 10.0], 10.0), ([10.0, 2.5, 10.0], 10.0), ([0.0; 3], 1e9)]
-        {
+        for (length, spread) in [
+            ([0.0; 3], [10.0; 3]),
+            ([10.0, 0.0, 10.0], [10.0; 3]),
+            ([10.0, 2.5, 10.0], [10.0, 2.5, 10.0]),
+            ([2.5, 10.0, 0.0], [2.5, 10.0, 10.0]),
+            ([4.0, 4.0, 4.0], [4.0; 3]),
+            ([0.0; 3], [1e9; 3]),
+            ([0.0; 3], [1e9, 3.0, 3.0]),
+            ([0.0; 3], [1.0, 300.0, 1.0]),
+        ] {
             let inverse = length.map(|l| if l > 0.0 { 1.0 / l } else { 0.0 });
             let periodic = Periodic { length, inverse };
-            let mut r = cloud(500, spread);
-            if length[1] > 0.0 {
-                for y in &mut r.y {
-                    *y *= 0.25;
+            for n in [1, 9, 700] {
+                let mut r = cloud(n, spread);
+                // Predicted positions may be outside the box.
+                r.x[0] -= 0.3;
+                let mut list = NeighborList::new(1.0, 0.2);
+                list.build(&r, &periodic);
+                for (i, row) in partners(&list).iter().enumerate() {
+                    let expected: Vec<u32> = (0..n)
+                        .filter(|&j| j != i && periodic.separation(&r, i, j).norm_squared() <= 1.2f64 * 1.2)
+                        .map(|j| j as u32)
+                        .collect();
+                    assert_eq!(*row, expected, "particle {i} of {n} in {spread:?}, box {length:?}");
                 }
             }
-            let mut list = NeighborList { range: 1.0, skin: 0.2, ..NeighborList::default() };
-            list.build(&r, &periodic);
-            let found = rows(&Neighbors::List(list), 500);
-            for (i, row) in found.iter().enumerate() {
-                let expected: Vec<u32> = (0..500)
-                    .filter(|&j| j != i && periodic.separation(&r, i, j).norm_squared() <= 1.2f64 * 1.2)
-                    .map(|j| j as u32)
-                    .collect();
-                assert_eq!(*row, expected, "particle {i}");
-            }
+        }
+    }
+
+    /// An outlier as far away as numbers go neither loses pairs nor makes cells too wide to be of use.
+    #[test]
+    fn outliers_and_numbers_that_are_none_are_survived() {
+        let mut r = cloud(500, [10.0; 3]);
+        r.set(17, [1e18, -1e18, 0.0].into());
+        r.set(40, [f64::NAN, 1.0, f64::INFINITY].into());
+        let mut list = NeighborList::new(1.0, 0.2);
+        list.build(&r, &Periodic::default());
+        let found = partners(&list);
+        for i in 0..500 {
+            let close = |j: &usize| *j != i && Periodic::default().separation(&r, i, *j).norm_squared() <= 1.44;
+            let expected: Vec<u32> = (0..500).filter(close).map(|j| j as u32).collect();
+            assert_eq!(found[i], expected, "particle {i}");
+        }
+    }
+
+    #[test]
+    fn a_list_is_outdated_when_someone_moved_half_a_skin() {
+        let r = cloud(100, [3.0; 3]);
+        let periodic = Periodic { length: [0.0, 0.0, 3.0], inverse: [0.0, 0.0, 1.0 / 3.0] };
+        let mut list = NeighborList::new(1.0, 0.2);
+        assert!(list.outdated(&r, &periodic));
+        list.build(&r, &periodic);
+        for (by, outdated) in
+            [(0.0, false), (0.099, false), (0.101, true), (3.0, false), (2.95, false), (f64::NAN, true)]
+        {
+            let mut moved = r.clone();
+            moved.z[99] += by;
+            assert_eq!(list.outdated(&moved, &periodic), outdated, "moved by {by}");
         }
     }
 }

@@ -1,5 +1,6 @@
 //! Runs and their logs.
 
+use agglo_core::simd::Level;
 use std::time::Duration;
 
 use super::{CLOUD, Folder, PAIR, Ran, shipped};
@@ -70,7 +71,7 @@ fn the_summary_has_the_promised_keys() {
 }
 
 #[test]
-fn the_same_bytes_every_time_and_on_every_number_of_threads() {
+fn the_same_bytes_every_time_on_every_number_of_threads_and_instruction_set() {
     let folder = Folder::with(CLOUD);
     folder.agglo(&["run", "scene.json", "-o", "first.mcap"]).code(0);
     let first = folder.read("first.mcap");
@@ -79,6 +80,16 @@ fn the_same_bytes_every_time_and_on_every_number_of_threads() {
     for threads in ["1", "2", "4"] {
         folder.agglo(&["run", "scene.json", "-o", "x.mcap", "--overwrite", "--threads", threads]).code(0);
         assert!(first == folder.read("x.mcap"), "--threads {threads}");
+    }
+    for set in ["portable", "avx2", "avx512", "auto"] {
+        let ran = folder.agglo(&["run", "scene.json", "-o", "x.mcap", "--overwrite", "--simd", set]);
+        let available = match set {
+            "avx2" => Level::Avx2.available(),
+            "avx512" => Level::Avx512.available(),
+            _ => true,
+        };
+        ran.code(if available { 0 } else { 2 });
+        assert!(first == folder.read("x.mcap"), "--simd {set}");
     }
     // Neither the folder nor the way in or out is in the log.
     let streamed = Folder::new().agglo_reading(&["run", "-", "-o", "-"], CLOUD.as_bytes()).code(0);

@@ -150,15 +150,19 @@ impl Scan<'_> {
         let Self { neighbors, test, pairs } = self;
         let mut keep = |i: usize, j: usize, square| pairs.push(ClosePair { i: i as u32, j: j as u32, square });
         let n = test.radius.len();
-        for i in 0..n {
-            match neighbors.row(i) {
-                Some(row) => {
-                    let after = row.partition_point(|&j| j as usize <= i);
-                    for &j in &row[after..] {
-                        test.pair::<PERIODIC>(i, j as usize, &mut keep);
+        match neighbors {
+            Neighbors::All => (0..n).for_each(|i| test.run::<PERIODIC>(i, i + 1..n, &mut keep)),
+            Neighbors::List(list) => {
+                let order = list.order();
+                for (place, &i) in order.iter().enumerate() {
+                    for &other in list.row(place) {
+                        let j = order[other as usize];
+                        if i < j {
+                            test.pair::<PERIODIC>(i as usize, j as usize, &mut keep);
+                        }
                     }
                 }
-                None => test.run::<PERIODIC>(i, i + 1..n, &mut keep),
+                pairs.sort_unstable_by_key(|pair| (pair.i, pair.j));
             }
         }
     }

@@ -8,6 +8,7 @@ use super::paths::{Launch, Paths, Piece, image};
 use super::roots::first_closing;
 use crate::force::Field;
 use crate::integrator::Integrator;
+use crate::neighbor::{NeighborList, Neighbors};
 use crate::simd::{Task, vectorized};
 use crate::state::Columns;
 use nalgebra::Vector3;
@@ -195,30 +196,10 @@ impl Task for Scan<'_> {
     #[inline(always)]
     fn run(self) {
         let Self { field, launch, reach, pairs } = self;
-        let n = reach.len();
         let scan = Shells::new(field, launch, reach);
-        for i in 0..n {
-            match field.neighbors.row(i) {
-                None => {
-                    let mut from = i + 1;
-                    while from + GROUP <= n {
-                        let group: [usize; GROUP] = std::array::from_fn(|k| from + k);
-                        if scan.any(i, &group) {
-                            pairs.extend(group.iter().filter(|&&j| scan.any(i, &[j])).map(|&j| (i as u32, j as u32)));
-                        }
-                        from += GROUP;
-                    }
-                    pairs.extend((from..n).filter(|&j| scan.any(i, &[j])).map(|j| (i as u32, j as u32)));
-                }
-                Some(row) => {
-                    let after = row.partition_point(|&j| j as usize <= i);
-                    for &j in &row[after..] {
-                        if scan.any(i, &[j as usize]) {
-                            pairs.push((i as u32, j));
-                        }
-                    }
-                }
-            }
+        match &field.neighbors {
+            Neighbors::All => scan.all_pairs(pairs),
+            Neighbors::List(list) => scan.listed(list, pairs),
         }
     }
 }
@@ -242,6 +223,37 @@ impl<'a> Shells<'a> {
             cutoff: field.jumping_cutoff().unwrap_or(-1.0),
             range: field.binding.as_ref().map_or(-1.0, |binding| binding.range),
         }
+    }
+
+    #[inline(always)]
+    fn all_pairs(&self, pairs: &mut Vec<(u32, u32)>) {
+        let n = self.reach.len();
+        for i in 0..n {
+            let mut from = i + 1;
+            while from + GROUP <= n {
+                let group: [usize; GROUP] = std::array::from_fn(|k| from + k);
+                if self.any(i, &group) {
+                    pairs.extend(group.iter().filter(|&&j| self.any(i, &[j])).map(|&j| (i as u32, j as u32)));
+                }
+                from += GROUP;
+            }
+            pairs.extend((from..n).filter(|&j| self.any(i, &[j])).map(|j| (i as u32, j as u32)));
+        }
+    }
+
+    /// A list holds both directions of a pair, by places.
+    #[inline(always)]
+    fn listed(&self, list: &NeighborList, pairs: &mut Vec<(u32, u32)>) {
+        for (place, &i) in list.order().iter().enumerate() {
+            for &partner in list.row(place) {
+                let j = list.order()[partner as usize];
+                if i < j && self.any(i as usize, &[j as usize]) {
+                    pairs.push((i, j));
+                }
+            }
+        }
+        // An order that does not depend on places.
+        pairs.sort_unstable();
     }
 
     /// Whether any of some partners of i may cross a shell.

@@ -1,33 +1,35 @@
 //! The pair loop for potential energies: eight pairs at a time, each pair once.
-//!
-//! Nothing is written to memory in between, which is what takes the time where no forces are wanted.
 
+use super::composition::{separation, square_of};
 use super::near_field::{BindingTerm, Field, Group};
-use super::power::{LANES, Power};
-use super::rows::{PARALLEL_FROM, ROWS, square_of, sum};
+use super::power::Power;
 use crate::cells::{Cells, Visit};
 use crate::math::Sum;
-use crate::simd::{Task, vectorized};
+use crate::neighbor::{NeighborList, Neighbors, load};
+use crate::simd::{Eight, Kernel, LANES, Lanes, Simd, dispatch};
 use crate::state::Columns;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// One number for each of eight pairs.
-type Eight = [f64; LANES];
+/// Places per task.
+const TASK: usize = 256;
+/// Places from which tasks are worth their overhead.
+const PARALLEL_FROM: usize = 1024;
+/// Numbers of the lanes.
+const LANE: Eight = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
-/// Near-field and binding energy, and the sum of the absolute energies of all pairs [J]; each pair is met once, in the
-/// row of its first particle.
-pub(super) fn energies(field: &Field, r: &Columns) -> [f64; 3] {
-    let mut each = vec![[0.0; 3]; r.len()];
-    let fill = |(task, each): (usize, &mut [[f64; 3]])| {
-        vectorized(EnergyRows { field, r, first: task * ROWS, energy: each });
-    };
-    if field.neighbors.pairs(r.len()) < PARALLEL_FROM {
-        fill((0, &mut each));
-    } else {
-        each.par_chunks_mut(ROWS).enumerate().for_each(fill);
+/// Near-field and binding energy, and the sum of the absolute energies of all pairs [J], with candidates that are valid.
+pub(super) fn energies(field: &Field, neighbors: &Neighbors, r: &Columns) -> [f64; 3] {
+    match neighbors {
+        Neighbors::All => rows(r.len(), |first, energy| dispatch(EnergyRows { field, r, list: None, first, energy })),
+        Neighbors::List(list) => {
+            let sorted = |column: &[f64]| list.order().iter().map(|&i| column[i as usize]).collect::<Vec<f64>>();
+            let (field, r) = (field.sorted(sorted), Columns { x: sorted(&r.x), y: sorted(&r.y), z: sorted(&r.z) });
+            rows(r.len(), |first, energy| {
+                dispatch(EnergyRows { field: &field, r: &r, list: Some(list), first, energy });
+            })
+        }
     }
-    total(&each)
 }
 
 /// The same from the positions alone, by cells instead of lists.
@@ -37,28 +39,23 @@ pub(super) fn energies_by_cells(field: &Field, r: &Columns) -> [f64; 3] {
     let (field, r) = if cells.is_one() {
         (field, r)
     } else {
-        (sorted, ordered) = (field.sorted(&cells), cells.sorted_vectors(r));
+        (sorted, ordered) = (field.sorted(|column| cells.sorted(column)), cells.sorted_vectors(r));
         (&sorted, &ordered)
     };
-    let mut each = vec![[0.0; 3]; r.len()];
-    let fill = |(task, energy): (usize, &mut [[f64; 3]])| {
-        vectorized(EnergyCells { field, r, cells: &cells, first: task * TASK, energy });
-    };
-    if r.len() < PARALLEL_PLACES {
-        each.chunks_mut(TASK).enumerate().for_each(fill);
-    } else {
-        each.par_chunks_mut(TASK).enumerate().for_each(fill);
-    }
-    total(&each)
+    rows(r.len(), |first, energy| dispatch(EnergyCells { field, r, cells: &cells, first, energy }))
 }
 
-fn total(each: &[[f64; 3]]) -> [f64; 3] {
+/// Sums of what `fill` puts into the rows from a first one on, a task at a time.
+fn rows(n: usize, fill: impl Fn(usize, &mut [[f64; 3]]) + Sync) -> [f64; 3] {
+    let mut each = vec![[0.0; 3]; n];
+    let task = |(task, each): (usize, &mut [[f64; 3]])| fill(task * TASK, each);
+    if n < PARALLEL_FROM {
+        each.chunks_mut(TASK).enumerate().for_each(task);
+    } else {
+        each.par_chunks_mut(TASK).enumerate().for_each(task);
+    }
     std::array::from_fn(|k| each.iter().map(|energies| energies[k]).collect::<Sum>().value())
 }
-
-/// Places per task by cells, and places from which tasks are worth their overhead.
-const TASK: usize = 256;
-const PARALLEL_PLACES: usize = 1024;
 
 /// Energies of consecutive places, with the partners that cells give them.
 struct EnergyCells<'a> {
@@ -69,103 +66,70 @@ struct EnergyCells<'a> {
     energy: &'a mut [[f64; 3]],
 }
 
-impl Task for EnergyCells<'_> {
+impl Kernel for EnergyCells<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
-        if self.field.periodic.any() { self.all::<true>() } else { self.all::<false>() }
-    }
-}
-
-impl EnergyCells<'_> {
-    #[inline(always)]
-    fn all<const PERIODIC: bool>(self) {
+    fn run<S: Simd>(self, simd: S) {
         let Self { field, r, cells, first, energy } = self;
         let places = first..first + energy.len();
-        cells.walk(places, &mut Visitor::<PERIODIC> { field, r, first, energy });
+        cells.walk(places, &mut Visitor { simd, field, r, first, energy });
     }
 }
 
 /// Adds up the energies of one place after another.
-struct Visitor<'a, const PERIODIC: bool> {
+struct Visitor<'a, S> {
+    simd: S,
     field: &'a Field,
     r: &'a Columns,
     first: usize,
     energy: &'a mut [[f64; 3]],
 }
 
-impl<const PERIODIC: bool> Visit for Visitor<'_, PERIODIC> {
+impl<S: Simd> Visit for Visitor<'_, S> {
     #[inline(always)]
     fn visit(&mut self, place: usize, runs: &[Range<usize>]) {
-        let mut lanes = [[0.0; LANES]; 3];
+        let mut row = Row::new(self.simd, self.field, self.r, place);
         for run in runs {
-            add_run::<PERIODIC>(self.field, self.r, place, run.clone(), &mut lanes);
+            row.add_run(run.clone());
         }
-        self.energy[place - self.first] = [sum(&lanes[0]), sum(&lanes[1]), sum(&lanes[2])];
+        self.energy[place - self.first] = row.energies();
     }
 }
 
-/// Energies of consecutive rows, with partners of larger number only.
-pub(super) struct EnergyRows<'a> {
-    pub(super) field: &'a Field,
-    pub(super) r: &'a Columns,
-    pub(super) first: usize,
-    pub(super) energy: &'a mut [[f64; 3]],
+/// Energies of consecutive rows, with partners of larger number (or place) only.
+struct EnergyRows<'a> {
+    field: &'a Field,
+    r: &'a Columns,
+    list: Option<&'a NeighborList>,
+    first: usize,
+    energy: &'a mut [[f64; 3]],
 }
 
-impl Task for EnergyRows<'_> {
+impl Kernel for EnergyRows<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
-        if self.field.periodic.any() { self.all::<true>() } else { self.all::<false>() }
-    }
-}
-
-impl EnergyRows<'_> {
-    #[inline(always)]
-    fn all<const PERIODIC: bool>(self) {
-        for (k, energy) in self.energy.iter_mut().enumerate() {
-            let lanes = row::<PERIODIC>(self.field, self.r, self.first + k);
-            *energy = [sum(&lanes[0]), sum(&lanes[1]), sum(&lanes[2])];
-        }
-    }
-}
-
-/// Near-field, binding and absolute energy of the pairs of particle i with partners of larger number, in lanes.
-#[inline(always)]
-fn row<const PERIODIC: bool>(field: &Field, r: &Columns, i: usize) -> [Eight; 3] {
-    let mut lanes = [[0.0; LANES]; 3];
-    match field.neighbors.row(i) {
-        None => add_run::<PERIODIC>(field, r, i, i + 1..r.len(), &mut lanes),
-        Some(list) => {
-            let after = list.partition_point(|&j| (j as usize) < i);
-            for partners in list[after..].chunks(LANES) {
-                add::<PERIODIC>(field, r, i, &Listed(partners), &mut lanes);
+    fn run<S: Simd>(self, simd: S) {
+        let Self { field, r, list, first, energy } = self;
+        for (k, energy) in energy.iter_mut().enumerate() {
+            let i = first + k;
+            let mut row = Row::new(simd, field, r, i);
+            match list {
+                None => row.add_run(i + 1..r.len()),
+                Some(list) => row.add_listed(list.row(i)),
             }
+            *energy = row.energies();
         }
-    }
-    lanes
-}
-
-/// Adds the energies of particle i with consecutive others to lanes.
-#[inline(always)]
-fn add_run<const PERIODIC: bool>(field: &Field, r: &Columns, i: usize, run: Range<usize>, lanes: &mut [Eight; 3]) {
-    let mut first = run.start;
-    while first < run.end {
-        let count = LANES.min(run.end - first);
-        add::<PERIODIC>(field, r, i, &Consecutive { first, count }, lanes);
-        first += count;
     }
 }
 
 /// Up to eight partners.
-trait Partners {
+trait Partners<S: Simd> {
     /// How many.
     fn count(&self) -> usize;
-    /// Their values in a column; zero beyond their number.
-    fn of(&self, column: &[f64]) -> Eight;
+    /// Their values in a column; anything beyond their number.
+    fn of(&self, simd: S, column: &[f64]) -> S::F;
 }
 
 /// Consecutive particles.
@@ -174,166 +138,187 @@ struct Consecutive {
     count: usize,
 }
 
-impl Partners for Consecutive {
+impl<S: Simd> Partners<S> for Consecutive {
     #[inline(always)]
     fn count(&self) -> usize {
         self.count
     }
 
     #[inline(always)]
-    fn of(&self, column: &[f64]) -> Eight {
-        let rest = &column[self.first..];
-        if let Some(values) = rest.first_chunk::<LANES>() {
-            return *values;
-        }
-        let mut values = [0.0; LANES];
-        for (value, &held) in values.iter_mut().zip(&rest[..self.count]) {
-            *value = held;
-        }
-        values
+    fn of(&self, simd: S, column: &[f64]) -> S::F {
+        load(simd, column, self.first)
     }
 }
 
-/// Particles of a list.
-struct Listed<'a>(&'a [u32]);
+/// Particles of a list; the last ones may be repeated.
+struct Listed<'a> {
+    particles: &'a [u32; LANES],
+    count: usize,
+}
 
-impl Partners for Listed<'_> {
+impl<S: Simd> Partners<S> for Listed<'_> {
     #[inline(always)]
     fn count(&self) -> usize {
-        self.0.len()
+        self.count
     }
 
     #[inline(always)]
-    fn of(&self, column: &[f64]) -> Eight {
+    fn of(&self, simd: S, column: &[f64]) -> S::F {
         let mut values = [0.0; LANES];
-        for (value, &j) in values.iter_mut().zip(self.0) {
-            *value = column[j as usize];
+        for k in 0..LANES {
+            values[k] = column[self.particles[k] as usize];
         }
-        values
+        simd.load(&values)
     }
 }
 
-/// Adds the energies of particle i with up to eight partners to lanes.
-#[inline(always)]
-fn add<const PERIODIC: bool>(field: &Field, r: &Columns, i: usize, partners: &impl Partners, lanes: &mut [Eight; 3]) {
-    let mut square = [0.0; LANES];
-    for axis in 0..3 {
-        let column = r.axes()[axis];
-        let (own, others) = (column[i], partners.of(column));
-        for k in 0..LANES {
-            let d = others[k] - own;
-            let d = if PERIODIC { field.periodic.minimum_image(axis, d) } else { d };
-            square[k] += d * d;
+/// A particle and the energies of its pairs so far: near field, binding, absolute.
+struct Row<'a, S: Simd> {
+    simd: S,
+    field: &'a Field,
+    r: &'a Columns,
+    i: usize,
+    lanes: [S::F; 3],
+}
+
+impl<'a, S: Simd> Row<'a, S> {
+    #[inline(always)]
+    fn new(simd: S, field: &'a Field, r: &'a Columns, i: usize) -> Self {
+        Self { simd, field, r, i, lanes: [simd.splat(0.0); 3] }
+    }
+
+    #[inline(always)]
+    fn energies(&self) -> [f64; 3] {
+        let [near_field, binding, size] = self.lanes;
+        [near_field.sum(), binding.sum(), size.sum()]
+    }
+
+    /// Adds the pairs with consecutive others.
+    #[inline(always)]
+    fn add_run(&mut self, run: Range<usize>) {
+        let mut first = run.start;
+        while first < run.end {
+            let count = LANES.min(run.end - first);
+            self.add(&Consecutive { first, count });
+            first += count;
         }
     }
-    // Surplus lanes are infinitely far.
-    for k in 0..LANES {
-        square[k] = if k < partners.count() { square[k] } else { f64::INFINITY };
-    }
-    let mut inverse = [0.0; LANES];
-    for k in 0..LANES {
-        inverse[k] = 1.0 / square[k].sqrt();
-    }
-    let near_field = near_field(field, i, partners, &square, &inverse);
-    for k in 0..LANES {
-        lanes[0][k] += near_field[k];
-        lanes[2][k] += near_field[k].abs();
-    }
-    if let Some(binding) = &field.binding
-        && let Some(binding) = bound(binding, i, partners, &square, &inverse)
-    {
-        for k in 0..LANES {
-            lanes[1][k] += binding[k];
-            lanes[2][k] += binding[k].abs();
+
+    /// Adds the pairs with listed others behind the particle itself.
+    #[inline(always)]
+    fn add_listed(&mut self, others: &[u32]) {
+        let (mut particles, mut count) = ([self.i as u32; LANES], 0);
+        for &j in others {
+            particles[count] = j;
+            count += usize::from(j as usize > self.i);
+            if count == LANES {
+                self.add(&Listed { particles: &particles, count });
+                count = 0;
+            }
         }
+        if count > 0 {
+            self.add(&Listed { particles: &particles, count });
+        }
+    }
+
+    /// Adds the pairs with up to eight partners.
+    #[inline(always)]
+    fn add(&mut self, partners: &impl Partners<S>) {
+        let simd = self.simd;
+        let periodic = &self.field.periodic;
+        let (Columns { x, y, z }, i) = (self.r, self.i);
+        let d = [
+            partners.of(simd, x) - simd.splat(x[i]),
+            partners.of(simd, y) - simd.splat(y[i]),
+            partners.of(simd, z) - simd.splat(z[i]),
+        ];
+        let d = separation(simd, periodic, periodic.any(), d);
+        let mut square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
+        // Surplus lanes are infinitely far.
+        let inside = simd.load(&LANE).le(simd.splat(partners.count() as f64 - 1.0));
+        square = square.select(inside, simd.splat(f64::INFINITY));
+        let inverse = simd.splat(1.0) / square.sqrt();
+        let near_field = self.near_field(partners, square, inverse);
+        self.lanes[0] = self.lanes[0] + near_field;
+        self.lanes[2] = self.lanes[2] + magnitude(simd, near_field);
+        if let Some(binding) = &self.field.binding
+            && let Some(binding) = self.bound(binding, partners, square, inverse)
+        {
+            self.lanes[1] = self.lanes[1] + binding;
+            self.lanes[2] = self.lanes[2] + magnitude(simd, binding);
+        }
+    }
+
+    /// Products of a column's values.
+    #[inline(always)]
+    fn product(&self, partners: &impl Partners<S>, column: &[f64]) -> S::F {
+        partners.of(self.simd, column) * self.simd.splat(column[self.i])
+    }
+
+    /// Near-field potentials (2) with cut-off and switch [J].
+    #[inline(always)]
+    fn near_field(&self, partners: &impl Partners<S>, square: S::F, inverse: S::F) -> S::F {
+        let simd = self.simd;
+        let mut energy = simd.splat(0.0);
+        for group in &self.field.groups {
+            energy = energy + self.group(group, partners, square, inverse);
+        }
+        if let Some(switch) = self.field.switch {
+            energy = energy * switch.lanes(simd, square * inverse).0;
+        }
+        energy.keep(square.le(simd.splat(square_of(self.field.cutoff))))
+    }
+
+    /// Potentials of terms that share a weight [J].
+    #[inline(always)]
+    fn group(&self, group: &Group, partners: &impl Partners<S>, square: S::F, inverse: S::F) -> S::F {
+        let simd = self.simd;
+        let mut energy = simd.splat(0.0);
+        for term in &group.terms {
+            let potential = potential(simd, &term.power, square, inverse);
+            energy = energy + simd.splat(term.strength) * (potential - simd.splat(term.shift));
+        }
+        match &group.weight {
+            Some(weight) => energy * self.product(partners, weight),
+            None => energy,
+        }
+    }
+
+    /// Binding potentials (13) of bonded pairs [J]; `None` where no pair is.
+    #[inline(always)]
+    fn bound(&self, term: &BindingTerm, partners: &impl Partners<S>, square: S::F, inverse: S::F) -> Option<S::F> {
+        let simd = self.simd;
+        let sum = match &term.radius {
+            Some(radius) => partners.of(simd, radius) + simd.splat(radius[self.i]),
+            None => simd.splat(term.largest + term.largest),
+        };
+        let reach = simd.splat(term.range) * sum;
+        let reach_square = reach * reach;
+        let bonded = square.le(reach_square);
+        if !S::F::any(bonded) {
+            return None;
+        }
+        // The same potential at the activation distance, which may differ from pair to pair.
+        let shift = potential(simd, &term.power, reach_square, simd.splat(1.0) / reach_square.sqrt());
+        let mut energy = simd.splat(term.strength) * (potential(simd, &term.power, square, inverse) - shift);
+        if let Some(weight) = &term.weight {
+            energy = energy * self.product(partners, weight);
+        }
+        Some(energy.keep(bonded))
     }
 }
 
-/// Near-field potentials (2) with cut-off and switch [J].
+/// Without the sign.
 #[inline(always)]
-fn near_field(field: &Field, i: usize, partners: &impl Partners, square: &Eight, inverse: &Eight) -> Eight {
-    let mut energy = [0.0; LANES];
-    for group in &field.groups {
-        let part = group_energy(group, i, partners, square, inverse);
-        for k in 0..LANES {
-            energy[k] += part[k];
-        }
-    }
-    if let Some(switch) = field.switch {
-        for k in 0..LANES {
-            energy[k] *= switch.at(square[k] * inverse[k]).0;
-        }
-    }
-    let reach = square_of(field.cutoff);
-    for k in 0..LANES {
-        energy[k] = if square[k] <= reach { energy[k] } else { 0.0 };
-    }
-    energy
-}
-
-/// Potentials of terms that share a weight [J].
-#[inline(always)]
-fn group_energy(group: &Group, i: usize, partners: &impl Partners, square: &Eight, inverse: &Eight) -> Eight {
-    let mut energy = [0.0; LANES];
-    for term in &group.terms {
-        let potential = potential(&term.power, square, inverse);
-        for k in 0..LANES {
-            energy[k] += term.strength * (potential[k] - term.shift);
-        }
-    }
-    if let Some(weight) = &group.weight {
-        let (own, others) = (weight[i], partners.of(weight));
-        for k in 0..LANES {
-            energy[k] *= others[k] * own;
-        }
-    }
-    energy
-}
-
-/// Binding potentials (13) of bonded pairs [J]; `None` where no pair is.
-#[inline(always)]
-fn bound(binding: &BindingTerm, i: usize, partners: &impl Partners, square: &Eight, inverse: &Eight) -> Option<Eight> {
-    let (own, others) = (binding.radius[i], partners.of(&binding.radius));
-    let (mut reach, mut reach_square) = ([1.0; LANES], [1.0; LANES]);
-    let mut any = false;
-    for k in 0..LANES {
-        reach[k] = binding.range * (others[k] + own);
-        reach_square[k] = reach[k] * reach[k];
-        any |= square[k] <= reach_square[k];
-    }
-    if !any {
-        return None;
-    }
-    let mut reach_inverse = [0.0; LANES];
-    for k in 0..LANES {
-        reach_inverse[k] = 1.0 / reach[k];
-    }
-    // The same potential at the activation distance, which differs from pair to pair.
-    let shift = potential(&binding.power, &reach_square, &reach_inverse);
-    let mut energy = potential(&binding.power, square, inverse);
-    for k in 0..LANES {
-        energy[k] = binding.strength * (energy[k] - shift[k]);
-    }
-    if let Some(weight) = &binding.weight {
-        let (own, others) = (weight[i], partners.of(weight));
-        for k in 0..LANES {
-            energy[k] *= others[k] * own;
-        }
-    }
-    for k in 0..LANES {
-        energy[k] = if square[k] <= reach_square[k] { energy[k] } else { 0.0 };
-    }
-    Some(energy)
+fn magnitude<S: Simd>(simd: S, x: S::F) -> S::F {
+    x.and_bits(simd.bits(!(1 << 63)))
 }
 
 /// P(beta) from s^2 and 1/s.
 #[inline(always)]
-fn potential(power: &Power, square: &Eight, inverse: &Eight) -> Eight {
-    let (mut of_power, mut potential) = ([0.0; LANES], [0.0; LANES]);
+fn potential<S: Simd>(simd: S, power: &Power, square: S::F, inverse: S::F) -> S::F {
+    let logarithm = if power.potential_needs_logarithm() { crate::lanes::ln(simd, square) } else { inverse };
     // A logarithm does not need the power.
-    if power.exponent != 1.0 {
-        power.block::<LANES, LANES>(square, inverse, &mut of_power);
-    }
-    power.potential_block::<LANES, LANES>(square, inverse, &of_power, &mut potential);
-    potential
+    let of_power = if power.exponent == 1.0 { inverse } else { power.lanes(simd, logarithm, inverse) };
+    power.potential_lanes(simd, square, logarithm, inverse, of_power)
 }

@@ -4,12 +4,15 @@
 //! weight (m_i m_j, charges, or 1). Valid for s > 0. Potentials are shifted to zero at the cut-off and at activation,
 //! so that energy is continuous there. Reference: Zohdi 2004, section 2.
 
+use super::all_pairs::AllPairs;
+use super::composition::{Composition, Ordered};
+use super::listed::Listed;
 use super::power::Power;
 use crate::assembly::locates;
-use crate::cells::Cells;
 use crate::domain::Periodic;
 use crate::neighbor::Neighbors;
 use crate::scene::{self, Scene, Weight};
+use crate::simd::{Lanes, Simd};
 use crate::state::{Columns, Particles};
 
 /// One power-law term of the near field.
@@ -26,7 +29,7 @@ pub struct Term {
 /// Terms that share a pair weight.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct Group {
-    /// Weight w_i of every particle, length n; `None`: 1.
+    /// Weight w_i of every particle, length n; `None`: the same for all, which is in the strengths.
     pub(crate) weight: Option<Vec<f64>>,
     pub(crate) kind: Weighting,
     pub(crate) terms: Vec<Term>,
@@ -62,10 +65,20 @@ pub struct BindingTerm {
     pub strength: f64,
     /// Activation distance over the sum of the radii, delta_a [-].
     pub range: f64,
-    /// Weight w_i of every particle, length n; `None`: 1.
+    /// Weight w_i of every particle, length n; `None`: the same for all, which is in the strength.
     pub(crate) weight: Option<Vec<f64>>,
-    /// Radii, length n [m].
-    pub(crate) radius: Vec<f64>,
+    /// Radii, length n [m]; `None`: all the same.
+    pub(crate) radius: Option<Vec<f64>>,
+    /// The largest radius [m].
+    pub(crate) largest: f64,
+}
+
+impl BindingTerm {
+    /// The largest activation distance [m].
+    #[must_use]
+    pub fn largest_reach(&self) -> f64 {
+        self.range * (self.largest + self.largest)
+    }
 }
 
 /// The C2 quintic that takes a potential to zero between two distances.
@@ -89,6 +102,17 @@ impl Switch {
         let rest = 1.0 - x;
         (1.0 - x * x * x * (10.0 + x * (6.0 * x - 15.0)), -30.0 * x * x * rest * rest / width)
     }
+
+    /// The same for eight distances.
+    #[inline(always)]
+    pub(crate) fn lanes<S: Simd>(&self, simd: S, s: S::F) -> (S::F, S::F) {
+        let splat = |x: f64| simd.splat(x);
+        let width = splat(self.to - self.from);
+        let x = ((s - splat(self.from)) / width).max(splat(0.0)).min(splat(1.0));
+        let (cube, rest) = (x * x * x, splat(1.0) - x);
+        let value = splat(1.0) - cube * (splat(10.0) + x * (splat(6.0) * x - splat(15.0)));
+        (value, splat(-30.0) * x * x * rest * rest / width)
+    }
 }
 
 /// All pair forces of a scene.
@@ -106,6 +130,24 @@ pub struct Field {
     pub neighbors: Neighbors,
     /// Whether crossings of jumps are events.
     pub located: bool,
+    pub(crate) composition: Composition,
+    work: Work,
+}
+
+/// Space of the pair loops, whichever is used.
+#[derive(Clone, Debug)]
+enum Work {
+    AllPairs(AllPairs),
+    Listed(Listed),
+}
+
+/// A column, or the number that all its values are.
+fn uniform(column: Option<Vec<f64>>) -> (Option<Vec<f64>>, f64) {
+    match column {
+        Some(column) if column.iter().all(|x| *x == column[0]) => (None, column.first().copied().unwrap_or(1.0)),
+        Some(column) => (Some(column), 1.0),
+        None => (None, 1.0),
+    }
 }
 
 impl Field {
@@ -137,6 +179,11 @@ impl Field {
                 }
             }
         }
+        for group in &mut groups {
+            let (weight, all) = uniform(group.weight.take());
+            group.weight = weight;
+            group.terms.iter_mut().for_each(|term| term.strength *= all * all);
+        }
         let switch =
             scene.near_field.as_ref().and_then(|near| near.switch_from).map(|from| Switch { from, to: cutoff });
         let binding = scene.binding.as_ref().map(|binding| {
@@ -146,27 +193,32 @@ impl Field {
                 Weight::MassProduct => Weighting::Mass,
                 Weight::ChargeProduct => Weighting::ChargeSize,
             };
+            let (weight, all) = uniform(weighting.column(particles));
             BindingTerm {
                 power: Power::new(binding.exponent),
-                strength: binding.strength,
+                strength: binding.strength * (all * all),
                 range: binding.range,
-                weight: weighting.column(particles),
-                radius: particles.radius.clone(),
+                weight,
+                radius: uniform(Some(particles.radius.clone())).0,
+                largest: particles.radius.iter().copied().fold(0.0, f64::max),
             }
         });
         let located = locates(scene);
-        let mut field = Self { groups, cutoff, switch, binding, periodic: *periodic, neighbors: Neighbors::All, located };
+        let composition = Composition::of(&groups, switch);
+        let (neighbors, work) = (Neighbors::All, Work::Listed(Listed::default()));
+        let mut field = Self { groups, cutoff, switch, binding, periodic: *periodic, neighbors, located, composition, work };
         field.neighbors = Neighbors::choose(field.reach(), start, periodic);
+        if let Neighbors::All = field.neighbors {
+            let (groups, binding) = (&field.groups, field.binding.as_ref());
+            field.work = Work::AllPairs(AllPairs::new(particles.len(), Ordered::new(groups, binding, <[f64]>::to_vec)));
+        }
         Some(field)
     }
 
     /// Distance beyond which no two particles interact [m]; infinite without a cut-off.
     #[must_use]
     pub fn reach(&self) -> f64 {
-        let binding_reach = self.binding.as_ref().map_or(0.0, |binding| {
-            let largest = binding.radius.iter().copied().fold(0.0, f64::max);
-            2.0 * largest * binding.range
-        });
+        let binding_reach = self.binding.as_ref().map_or(0.0, BindingTerm::largest_reach);
         let near_reach = match (self.groups.is_empty(), self.cutoff < f64::MAX) {
             (true, _) => 0.0,
             (false, true) => self.cutoff,
@@ -200,7 +252,9 @@ impl Field {
     /// Activation distance of a pair [m]; `None` without binding.
     #[must_use]
     pub fn activation(&self, i: usize, j: usize) -> Option<f64> {
-        self.binding.as_ref().map(|binding| binding.range * (binding.radius[i] + binding.radius[j]))
+        let binding = self.binding.as_ref()?;
+        let radius = |k: usize| binding.radius.as_ref().map_or(binding.largest, |radius| radius[k]);
+        Some(binding.range * (radius(i) + radius(j)))
     }
 
     /// Binding force of a bonded pair at distance s [N].
@@ -212,27 +266,22 @@ impl Field {
         })
     }
 
-    /// The field of the same particles in the order of places, without lists.
-    pub(crate) fn sorted(&self, cells: &Cells) -> Self {
-        let Self { groups, cutoff, switch, binding, periodic, neighbors: _, located } = self;
-        let column = |column: &Option<Vec<f64>>| column.as_deref().map(|column| cells.sorted(column));
+    /// The field of the same particles in another order, without lists.
+    pub(crate) fn sorted(&self, sorted: impl Fn(&[f64]) -> Vec<f64>) -> Self {
+        let column = |column: &Option<Vec<f64>>| column.as_deref().map(&sorted);
         let group =
             |group: &Group| Group { weight: column(&group.weight), kind: group.kind, terms: group.terms.clone() };
-        let binding = binding.as_ref().map(|binding| BindingTerm {
-            power: binding.power,
-            strength: binding.strength,
-            range: binding.range,
+        let binding = self.binding.as_ref().map(|binding| BindingTerm {
             weight: column(&binding.weight),
-            radius: cells.sorted(&binding.radius),
+            radius: column(&binding.radius),
+            ..binding.clone()
         });
         Self {
-            groups: groups.iter().map(group).collect(),
-            cutoff: *cutoff,
-            switch: *switch,
+            groups: self.groups.iter().map(group).collect(),
             binding,
-            periodic: *periodic,
             neighbors: Neighbors::All,
-            located: *located,
+            work: Work::Listed(Listed::default()),
+            ..*self
         }
     }
 
@@ -240,7 +289,15 @@ impl Field {
     /// at.
     pub fn add_forces(&mut self, r: &Columns, force: &mut Columns) -> u64 {
         self.neighbors.update(r, &self.periodic);
-        super::rows::forces(self, r, force);
+        // Taken out, so that the loop may look at the field while it writes to its space.
+        let mut work = std::mem::replace(&mut self.work, Work::Listed(Listed::default()));
+        match (&mut work, &self.neighbors) {
+            (Work::AllPairs(work), _) => work.forces(self, r, force),
+            (Work::Listed(work), Neighbors::List(list)) => work.forces(self, list, r, force),
+            // Only a field that `sorted` made; it serves energies.
+            (Work::Listed(_), Neighbors::All) => {}
+        }
+        self.work = work;
         self.neighbors.pairs(r.len())
     }
 
@@ -250,11 +307,11 @@ impl Field {
     #[must_use]
     pub fn energies(&self, r: &Columns) -> (f64, f64) {
         let [near_field, binding, _] = if self.neighbors.valid(r, &self.periodic) {
-            super::energies::energies(self, r)
+            super::energies::energies(self, &self.neighbors, r)
         } else {
-            let mut own = self.clone();
-            own.neighbors.update(r, &own.periodic);
-            super::energies::energies(&own, r)
+            let mut neighbors = self.neighbors.clone();
+            neighbors.update(r, &self.periodic);
+            super::energies::energies(self, &neighbors, r)
         };
         (near_field, binding)
     }

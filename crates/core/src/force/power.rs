@@ -1,16 +1,11 @@
-//! Power laws s^-beta and their potentials, evaluated for a block of pairs at a time.
+//! Power laws s^-beta and their potentials, evaluated for eight pairs at a time.
 //!
 //! P(beta) = s^(1 - beta) / (1 - beta), and ln s for beta = 1 (where the paper's (5) divides by zero), is the potential
-//! whose slope is s^-beta. Exponents that matter have their own multiplication chain, all others go through exp and ln.
+//! whose slope is s^-beta. Whole and half exponents up to 32 are chains of products, all others go through exp and ln.
 
+use crate::lanes;
 use crate::math;
-
-/// Pairs in a block: small enough for the first cache level, a multiple of every vector width.
-pub const BLOCK: usize = 32;
-/// Lanes that sums are kept in, the same on every instruction set.
-pub const LANES: usize = 8;
-/// A block of numbers, one per pair.
-pub type Lane = [f64; BLOCK];
+use crate::simd::{Lanes, Simd};
 
 /// A power law s^-beta with one of the known ways to evaluate it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,95 +17,75 @@ pub struct Power {
 
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Kind {
-    Zero,
-    Half,
-    One,
-    ThreeHalves,
-    Two,
-    FiveHalves,
-    Three,
-    Four,
-    Six,
-    Seven,
-    Twelve,
-    Thirteen,
+    /// A whole number, and a half where `half`: squarings and products.
+    Chain { whole: u32, half: bool },
+    /// Through ln and exp.
     Real,
 }
+
+/// Largest exponent that is made of products: beyond it their rounding errors pass those of ln and exp.
+const LONGEST_CHAIN: f64 = 32.0;
 
 impl Power {
     /// For an exponent >= 0.
     #[must_use]
     pub fn new(exponent: f64) -> Self {
-        const KNOWN: [(f64, Kind); 12] = [
-            (0.0, Kind::Zero),
-            (0.5, Kind::Half),
-            (1.0, Kind::One),
-            (1.5, Kind::ThreeHalves),
-            (2.0, Kind::Two),
-            (2.5, Kind::FiveHalves),
-            (3.0, Kind::Three),
-            (4.0, Kind::Four),
-            (6.0, Kind::Six),
-            (7.0, Kind::Seven),
-            (12.0, Kind::Twelve),
-            (13.0, Kind::Thirteen),
-        ];
-        let kind = KNOWN.iter().find(|(known, _)| *known == exponent).map_or(Kind::Real, |&(_, kind)| kind);
+        let doubled = 2.0 * exponent;
+        let kind = if doubled == doubled.floor() && exponent <= LONGEST_CHAIN {
+            Kind::Chain { whole: exponent.floor() as u32, half: exponent != exponent.floor() }
+        } else {
+            Kind::Real
+        };
         Self { exponent, kind }
     }
 
-    /// out = s^-beta, from s^2 and 1/s of the first `LEN` of N pairs.
+    /// Whether the power goes through ln and exp.
+    #[must_use]
+    pub fn needs_logarithm(&self) -> bool {
+        self.kind == Kind::Real
+    }
+
+    /// Whether the potential is a logarithm, or needs one.
+    #[must_use]
+    pub fn potential_needs_logarithm(&self) -> bool {
+        self.needs_logarithm() || self.exponent == 1.0
+    }
+
+    /// s^-beta from ln s^2, if [`Power::needs_logarithm`], and 1/s.
     #[inline(always)]
-    pub fn block<const LEN: usize, const N: usize>(&self, square: &[f64; N], inverse: &[f64; N], out: &mut [f64; N]) {
-        macro_rules! chain {
-            ($q:ident => $value:expr) => {
-                for k in 0..LEN {
-                    let $q = inverse[k];
-                    out[k] = $value;
-                }
-            };
-        }
+    pub(crate) fn lanes<S: Simd>(&self, simd: S, logarithm: S::F, q: S::F) -> S::F {
         match self.kind {
-            Kind::Zero => out[..LEN].fill(1.0),
-            Kind::Half => chain!(q => q.sqrt()),
-            Kind::One => chain!(q => q),
-            Kind::ThreeHalves => chain!(q => q * q.sqrt()),
-            Kind::Two => chain!(q => q * q),
-            Kind::FiveHalves => chain!(q => q * q * q.sqrt()),
-            Kind::Three => chain!(q => q * (q * q)),
-            Kind::Four => chain!(q => (q * q) * (q * q)),
-            Kind::Six => chain!(q => { let c = q * q * q; c * c }),
-            Kind::Seven => chain!(q => { let c = q * q * q; c * c * q }),
-            Kind::Twelve => chain!(q => { let c = q * q * q; (c * c) * (c * c) }),
-            Kind::Thirteen => chain!(q => { let c = q * q * q; (c * c) * (c * c) * q }),
-            Kind::Real => {
-                let half = -0.5 * self.exponent;
-                for k in 0..LEN {
-                    out[k] = math::exp(half * math::ln(square[k]));
+            Kind::Chain { mut whole, half } => {
+                let mut product = if half { q.sqrt() } else { simd.splat(1.0) };
+                let mut square = q;
+                while whole > 0 {
+                    if whole & 1 == 1 {
+                        product = product * square;
+                    }
+                    square = square * square;
+                    whole >>= 1;
                 }
+                product
             }
+            Kind::Real => lanes::exp(simd, simd.splat(-0.5 * self.exponent) * logarithm),
         }
     }
 
-    /// potential = P(beta) of the first `LEN` of N pairs, from s^2, 1/s and `power` = s^-beta.
+    /// P(beta) from s^2, ln s^2 if beta = 1, 1/s and s^-beta.
     #[inline(always)]
-    pub fn potential_block<const LEN: usize, const N: usize>(
+    pub(crate) fn potential_lanes<S: Simd>(
         &self,
-        square: &[f64; N],
-        inverse: &[f64; N],
-        power: &[f64; N],
-        potential: &mut [f64; N],
-    ) {
+        simd: S,
+        square: S::F,
+        logarithm: S::F,
+        inverse: S::F,
+        power: S::F,
+    ) -> S::F {
         if self.exponent == 1.0 {
-            for k in 0..LEN {
-                potential[k] = 0.5 * math::ln(square[k]);
-            }
+            simd.splat(0.5) * logarithm
         } else {
-            let factor = 1.0 / (1.0 - self.exponent);
             // s = s^2 * (1/s)
-            for k in 0..LEN {
-                potential[k] = factor * (square[k] * inverse[k]) * power[k];
-            }
+            simd.splat(1.0 / (1.0 - self.exponent)) * (square * inverse) * power
         }
     }
 

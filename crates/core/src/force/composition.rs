@@ -1,0 +1,316 @@
+//! Pair laws composed at compile time: terms, weight, cut-off and binding of a scene as one function of eight distances.
+//!
+//! A law gives the pull F/s [N/m], so that pull times r_j - r_i is the force on i. It is symmetric in i and j to the last
+//! bit. The exponents of the paper (1, 2) and of Lennard-Jones (7, 13) have a law of their own; all others are looked up
+//! once per eight pairs.
+
+use super::near_field::{BindingTerm, Field, Group, Switch};
+use super::power::Power;
+use crate::domain::Periodic;
+use crate::lanes::{ln, round};
+use crate::simd::{Lanes, Simd};
+
+/// The eight partners of a block.
+pub(super) trait Partners<S: Simd> {
+    /// Their values in a column that is in the order of the kernel.
+    fn of(&self, simd: S, column: &[f64]) -> S::F;
+    /// Their weights in the first group.
+    fn weight(&self, simd: S) -> S::F;
+}
+
+/// One particle and its eight partners.
+#[derive(Clone, Copy)]
+pub(super) struct Pairs<'a, S: Simd, P> {
+    pub(super) simd: S,
+    /// The particle, in the order of the kernel.
+    pub(super) own: usize,
+    /// Its weight in the first group.
+    pub(super) own_weight: S::F,
+    pub(super) partners: &'a P,
+    /// s^2 [m^2].
+    pub(super) square: S::F,
+}
+
+impl<S: Simd, P: Partners<S>> Pairs<'_, S, P> {
+    /// Products of a column's values; the same for (i, j) and (j, i).
+    #[inline(always)]
+    fn product(&self, column: &[f64]) -> S::F {
+        self.partners.of(self.simd, column) * self.simd.splat(column[self.own])
+    }
+}
+
+/// The near field inside its cut-off.
+pub(super) trait Law: Copy + Sync {
+    /// F/s of eight pairs [N/m].
+    fn pull<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F;
+}
+
+/// c_1/s + c_2/s^2.
+#[derive(Clone, Copy)]
+pub(super) struct OneTwo(pub(super) [f64; 2]);
+
+impl Law for OneTwo {
+    #[inline(always)]
+    fn pull<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
+        let simd = pairs.simd;
+        let inverse = simd.splat(1.0) / pairs.square.sqrt();
+        (simd.splat(self.0[0]) + simd.splat(self.0[1]) * inverse) * (inverse * inverse)
+    }
+}
+
+/// c_7/s^7 + c_13/s^13: no root.
+#[derive(Clone, Copy)]
+pub(super) struct SevenThirteen(pub(super) [f64; 2]);
+
+impl Law for SevenThirteen {
+    #[inline(always)]
+    fn pull<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
+        let simd = pairs.simd;
+        let inverse = simd.splat(1.0) / pairs.square;
+        let sixth = inverse * inverse * inverse;
+        (simd.splat(self.0[0]) + simd.splat(self.0[1]) * sixth) * (sixth * inverse)
+    }
+}
+
+/// Another law times the weights of the first group.
+#[derive(Clone, Copy)]
+pub(super) struct Weighted<L>(pub(super) L);
+
+impl<L: Law> Law for Weighted<L> {
+    #[inline(always)]
+    fn pull<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
+        self.0.pull(pairs) * (pairs.partners.weight(pairs.simd) * pairs.own_weight)
+    }
+}
+
+/// Any terms, with any weights and a switch.
+#[derive(Clone, Copy)]
+pub(super) struct General<'a> {
+    pub(super) groups: &'a [Group],
+    /// Weights of the groups in the order of the kernel.
+    pub(super) weights: &'a [Option<Vec<f64>>],
+    pub(super) switch: Option<Switch>,
+    /// Whether any term needs ln s^2.
+    pub(super) logarithm: bool,
+}
+
+impl Law for General<'_> {
+    #[inline(always)]
+    fn pull<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
+        let simd = pairs.simd;
+        let zero = simd.splat(0.0);
+        let inverse = simd.splat(1.0) / pairs.square.sqrt();
+        let logarithm = if self.logarithm { ln(simd, pairs.square) } else { zero };
+        let (mut force, mut potential) = (zero, zero);
+        for g in 0..self.groups.len().min(self.weights.len()) {
+            let (group, weights) = (&self.groups[g], &self.weights[g]);
+            let (mut sum, mut energy) = (zero, zero);
+            for term in &group.terms {
+                let (strength, power) = (simd.splat(term.strength), term.power.lanes(simd, logarithm, inverse));
+                sum = sum + strength * power;
+                // A switch turns potentials into forces.
+                if self.switch.is_some() {
+                    let of_term = term.power.potential_lanes(simd, pairs.square, logarithm, inverse, power);
+                    energy = energy + strength * (of_term - simd.splat(term.shift));
+                }
+            }
+            if let Some(weights) = weights {
+                let product = pairs.product(weights);
+                (sum, energy) = (sum * product, energy * product);
+            }
+            (force, potential) = (force + sum, potential + energy);
+        }
+        if let Some(switch) = self.switch {
+            let (value, slope) = switch.lanes(simd, pairs.square * inverse);
+            force = force * value + potential * slope;
+        }
+        force * inverse
+    }
+}
+
+/// Binding, or none.
+pub(super) trait Bond: Copy + Sync {
+    /// Adds F/s of bonded pairs to a pull [N/m].
+    fn add<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, pull: S::F) -> S::F;
+}
+
+/// No binding.
+#[derive(Clone, Copy)]
+pub(super) struct Free;
+
+impl Bond for Free {
+    #[inline(always)]
+    fn add<S: Simd, P: Partners<S>>(self, _: &Pairs<'_, S, P>, pull: S::F) -> S::F {
+        pull
+    }
+}
+
+/// Binding (13): attracts while s <= range (b_i + b_j).
+#[derive(Clone, Copy)]
+pub(super) struct Bound<'a> {
+    pub(super) power: Power,
+    pub(super) strength: f64,
+    pub(super) range: f64,
+    /// Square of the largest activation distance [m^2].
+    pub(super) largest: f64,
+    /// Radii in the order of the kernel; `None`: all the same.
+    pub(super) radius: Option<&'a [f64]>,
+    /// Weights in the order of the kernel; `None`: 1.
+    pub(super) weight: Option<&'a [f64]>,
+}
+
+impl Bond for Bound<'_> {
+    #[inline(always)]
+    fn add<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, pull: S::F) -> S::F {
+        let simd = pairs.simd;
+        let near = pairs.square.le(simd.splat(self.largest));
+        if !S::F::any(near) {
+            return pull;
+        }
+        let bonded = match self.radius {
+            None => near,
+            Some(radius) => {
+                let sum = pairs.partners.of(simd, radius) + simd.splat(radius[pairs.own]);
+                let reach = simd.splat(self.range) * sum;
+                pairs.square.le(reach * reach)
+            }
+        };
+        let inverse = simd.splat(1.0) / pairs.square.sqrt();
+        let logarithm = if self.power.needs_logarithm() { ln(simd, pairs.square) } else { inverse };
+        let mut force = simd.splat(self.strength) * self.power.lanes(simd, logarithm, inverse);
+        if let Some(weight) = self.weight {
+            force = force * pairs.product(weight);
+        }
+        pull + (force * inverse).keep(bonded)
+    }
+}
+
+/// Something to be done with a law and a binding that are known when it is compiled.
+pub(super) trait Job {
+    /// Does it.
+    fn run<L: Law, B: Bond>(self, law: L, bond: B);
+}
+
+/// What the columns of a kernel hold, in its own order of particles.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Ordered {
+    /// Weights of every group.
+    pub(super) weights: Vec<Option<Vec<f64>>>,
+    pub(super) bond_weight: Option<Vec<f64>>,
+    pub(super) radius: Option<Vec<f64>>,
+}
+
+impl Ordered {
+    /// Columns of a field, put into another order by `sorted`.
+    pub(super) fn new(groups: &[Group], binding: Option<&BindingTerm>, sorted: impl Fn(&[f64]) -> Vec<f64>) -> Self {
+        let column = |column: &Option<Vec<f64>>| column.as_deref().map(&sorted);
+        Self {
+            weights: groups.iter().map(|group| column(&group.weight)).collect(),
+            bond_weight: binding.and_then(|binding| column(&binding.weight)),
+            radius: binding.and_then(|binding| column(&binding.radius)),
+        }
+    }
+
+    /// The first group's weights.
+    pub(super) fn first(&self) -> Option<&[f64]> {
+        self.weights.first()?.as_deref()
+    }
+}
+
+/// The near field's terms in the form that is fastest.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Composition {
+    OneTwo([f64; 2]),
+    SevenThirteen([f64; 2]),
+    General,
+}
+
+impl Composition {
+    pub(super) fn of(groups: &[Group], switch: Option<Switch>) -> Self {
+        let [group] = groups else { return Self::General };
+        let strengths = |exponents: [f64; 2]| {
+            let known = group.terms.iter().all(|term| exponents.contains(&term.power.exponent));
+            let strength = |exponent: f64| {
+                let terms = group.terms.iter().filter(|term| term.power.exponent == exponent);
+                terms.map(|term| term.strength).sum::<f64>()
+            };
+            (known && switch.is_none()).then(|| exponents.map(strength))
+        };
+        match (strengths([1.0, 2.0]), strengths([7.0, 13.0])) {
+            (Some(strengths), _) => Self::OneTwo(strengths),
+            (_, Some(strengths)) if group.weight.is_none() => Self::SevenThirteen(strengths),
+            _ => Self::General,
+        }
+    }
+}
+
+/// Does a job with the law of a field, the only place that looks at what the law is.
+pub(super) fn compose(field: &Field, ordered: &Ordered, job: impl Job) {
+    match field.composition {
+        Composition::OneTwo(strengths) if ordered.first().is_some() => {
+            bind(field, ordered, Weighted(OneTwo(strengths)), job)
+        }
+        Composition::OneTwo(strengths) => bind(field, ordered, OneTwo(strengths), job),
+        Composition::SevenThirteen(strengths) => bind(field, ordered, SevenThirteen(strengths), job),
+        Composition::General => {
+            let (groups, switch) = (&field.groups, field.switch);
+            let needs = |power: &Power| match switch {
+                Some(_) => power.potential_needs_logarithm(),
+                None => power.needs_logarithm(),
+            };
+            let logarithm = groups.iter().flat_map(|group| &group.terms).any(|term| needs(&term.power));
+            let law = General { groups, weights: &ordered.weights, switch, logarithm };
+            bind(field, ordered, law, job);
+        }
+    }
+}
+
+fn bind(field: &Field, ordered: &Ordered, law: impl Law, job: impl Job) {
+    match &field.binding {
+        None => job.run(law, Free),
+        Some(term) => {
+            let reach = term.largest_reach();
+            let bond = Bound {
+                power: term.power,
+                strength: term.strength,
+                range: term.range,
+                largest: reach * reach,
+                radius: ordered.radius.as_deref(),
+                weight: ordered.bond_weight.as_deref(),
+            };
+            job.run(law, bond);
+        }
+    }
+}
+
+/// r_j - r_i, minimum image.
+#[inline(always)]
+pub(super) fn separation<S: Simd>(simd: S, periodic: &Periodic, any: bool, d: [S::F; 3]) -> [S::F; 3] {
+    if !any {
+        return d;
+    }
+    let mut nearest = d;
+    for axis in 0..3 {
+        let images = round(simd, d[axis] * simd.splat(periodic.inverse[axis]));
+        nearest[axis] = d[axis] - simd.splat(periodic.length[axis]) * images;
+    }
+    nearest
+}
+
+/// The pull of eight pairs, near field inside its cut-off and binding.
+#[inline(always)]
+pub(super) fn pull<S: Simd, P: Partners<S>>(
+    law: impl Law,
+    bond: impl Bond,
+    reach: S::F,
+    pairs: &Pairs<'_, S, P>,
+) -> S::F {
+    bond.add(pairs, law.pull(pairs).keep(pairs.square.le(reach)))
+}
+
+/// The square, without overflow to infinity: an infinitely distant surplus lane must stay outside.
+#[inline(always)]
+pub(super) fn square_of(distance: f64) -> f64 {
+    let square = distance * distance;
+    if square < f64::MAX { square } else { f64::MAX }
+}

@@ -1,0 +1,77 @@
+//! A grid of cells for pairs that are met once, straight from the cells.
+
+use crate::domain::Periodic;
+use crate::state::Columns;
+
+/// A grid of cubic cells at least `reach` wide; in periodic directions a whole number of them.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Grid {
+    origin: [f64; 3],
+    inverse: [f64; 3],
+    /// Number of cells in periodic directions, 0 in open ones.
+    wrapped: [i64; 3],
+}
+
+impl Grid {
+    /// For points and a reach [m].
+    pub(crate) fn new(r: &Columns, reach: f64, periodic: &Periodic) -> Self {
+        let mut grid = Self { origin: [0.0; 3], inverse: [0.0; 3], wrapped: [0; 3] };
+        for axis in 0..3 {
+            let length = periodic.length[axis];
+            if length > 0.0 {
+                let cells = (length / reach).floor().clamp(1.0, 1_048_576.0);
+                grid.wrapped[axis] = cells as i64;
+                grid.inverse[axis] = cells / length;
+            } else {
+                let (low, high) = bounds(r.axes()[axis]);
+                grid.origin[axis] = low;
+                // 20 bits of cell number in each direction: wider cells where the cloud is larger than that.
+                grid.inverse[axis] = 1.0 / reach.max((high - low) / 1_000_000.0);
+            }
+        }
+        grid
+    }
+
+    /// Cell of point i.
+    pub(crate) fn cell(&self, r: &Columns, i: usize) -> [i64; 3] {
+        std::array::from_fn(|axis| {
+            // `as` turns a NaN into 0 and clamps infinities: such a step is rejected later.
+            let cell = ((r.axes()[axis][i] - self.origin[axis]) * self.inverse[axis]).floor() as i64;
+            if self.wrapped[axis] > 0 { cell.rem_euclid(self.wrapped[axis]) } else { cell.clamp(0, 1_000_001) }
+        })
+    }
+
+    /// Sort key of a cell: cells that differ only in x are neighbours in order.
+    pub(crate) fn key(&self, cell: [i64; 3]) -> u64 {
+        ((cell[2] as u64) << 42) | ((cell[1] as u64) << 21) | cell[0] as u64
+    }
+
+    /// The cell with a key.
+    pub(crate) fn cell_of(key: u64) -> [i64; 3] {
+        const MASK: u64 = (1 << 21) - 1;
+        [(key & MASK) as i64, (key >> 21 & MASK) as i64, (key >> 42) as i64]
+    }
+
+    /// Whether the two neighbours of a cell differ from it and from each other in every direction.
+    pub(crate) fn has_neighbours(&self) -> bool {
+        self.wrapped.iter().all(|&cells| cells == 0 || cells > 2)
+    }
+
+    /// Whether a cell is the last along a periodic axis.
+    pub(crate) fn is_last(&self, axis: usize, c: i64) -> bool {
+        self.wrapped[axis] > 0 && c + 1 == self.wrapped[axis]
+    }
+
+    /// The cell one step further along an axis; `None` before the first of an open one.
+    pub(crate) fn step(&self, axis: usize, c: i64, by: i64) -> Option<i64> {
+        let wrapped = self.wrapped[axis];
+        if wrapped > 0 { Some((c + by).rem_euclid(wrapped)) } else { Some(c + by).filter(|&c| c >= 0) }
+    }
+}
+
+/// Smallest and largest of some finite numbers; (0, 0) of none.
+pub(crate) fn bounds(column: &[f64]) -> (f64, f64) {
+    let finite = column.iter().copied().filter(|x| x.is_finite());
+    let (low, high) = finite.fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), x| (l.min(x), h.max(x)));
+    if low <= high { (low, high) } else { (0.0, 0.0) }
+}
