@@ -247,12 +247,12 @@ fn examine(channels: &Channels, only: Option<&[Topic]>, largest: usize, opcode: 
             let Some(channel) = channels.get(&u16::from_le_bytes([head[0], head[1]])) else {
                 return Step::Malformed("a message on a channel that is not described".to_owned());
             };
-            if only.is_some_and(|only| channel.topic.is_none_or(|topic| !only.contains(&topic))) {
-                return Step::Nothing;
-            }
             if data.len() > largest {
                 let (name, size) = (&channel.name, data.len());
                 return Step::Malformed(format!("{size} bytes on {name}, more than all particles need"));
+            }
+            if only.is_some_and(|only| channel.topic.is_none_or(|topic| !only.contains(&topic))) {
+                return Step::Nothing;
             }
             let word = |at: usize| u64::from_le_bytes(std::array::from_fn(|k| head[at + k]));
             Step::Message(RawMessage {

@@ -179,8 +179,11 @@ impl<R: Read + Seek> Log<R> {
 }
 
 impl<R: Read + Seek> Log<R> {
-    /// That a scene has as many particles as its log: before they are placed, which takes memory for all of them.
-    pub(crate) fn meets(&mut self, scene: &Scene) -> Result<(), LogError> {
+    /// That its scene has as many particles as the log: to be asked before they are placed, which takes memory for all.
+    ///
+    /// # Errors
+    /// A scene of others, as damage; a device that fails.
+    pub fn meets(&mut self, scene: &Scene) -> Result<(), LogError> {
         let expected = Effects::of(scene).map_or(0, |effects| effects.particles);
         match self.particles() {
             Ok(particles) if particles.len() != expected => Err(LogError::Damaged(Damage {

@@ -43,6 +43,7 @@ impl<'a> Earlier<'a> {
         let text = log.scene_json().map_err(|error| logs::failure(path, &error))?;
         let recorded = input::recorded(path, text.clone(), &[])?.scene.duration;
         let loaded = input::recorded(path, text, settings)?;
+        log.meets(&loaded.scene).map_err(|error| logs::failure(path, &error))?;
         let found = log.resumption(recorded, loaded.scene.duration).map_err(|error| logs::failure(path, &error))?;
         let name = path.display();
         let Some(from) = found else {

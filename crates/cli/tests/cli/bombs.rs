@@ -101,7 +101,7 @@ const MIB: usize = 1 << 20;
 fn chunks_that_expand_are_given_no_memory() {
     let (folder, parts) = base();
     for lz4 in [false, true] {
-        let honest = with_message(&parts, "/particles", &[0], 512 * MIB, lz4);
+        let honest = with_message(&parts, "/particles", &[0], 300 * MIB, lz4);
         assert!(honest.len() < 5 * MIB, "{} bytes", honest.len());
         folder.write("bomb.mcap", &honest);
         survived(if lz4 { "lz4, honest" } else { "zstd, honest" }, &folder);
@@ -122,13 +122,13 @@ fn chunks_that_expand_are_given_no_memory() {
 fn a_log_that_claims_billions_of_particles_is_asked_for_its_scene() {
     let (folder, mut parts) = base();
     parts.metadata.insert("n".to_owned(), "4000000000".to_owned());
-    folder.write("bomb.mcap", with_message(&parts, "/particles", &[0], 512 * MIB, false));
+    folder.write("bomb.mcap", with_message(&parts, "/particles", &[0], 300 * MIB, false));
     survived("n = 4e9", &folder);
     // The scene claims them too: its particles are not placed before the log has shown them.
     parts.metadata.insert("n".to_owned(), "100000000".to_owned());
-    parts.rewrite_scene("\"count\":100,", "\"count\":100000000,");
-    parts.rewrite_scene("\"side\":1.0", "\"side\":1000.0");
-    folder.write("bomb.mcap", with_message(&parts, "/particles", &[0], MIB, false));
+    parts.rewrite_scene("\"count\": 100,", "\"count\": 100000000,");
+    parts.rewrite_scene("\"side\": 1.0", "\"side\": 1000.0");
+    folder.write("bomb.mcap", with_message(&parts, "/particles", &[0], 300 * MIB, false));
     survived("n = 1e8 in the scene too", &folder);
 }
 
@@ -156,17 +156,21 @@ fn records_that_fill_a_huge_file() {
     let (folder, _) = base();
     let whole = folder.read("whole.mcap");
     let cut = last_chunk(&whole);
-    // A chunk, metadata, an attachment of 8 GiB: a file may be that long without taking any room.
-    for opcode in [op::CHUNK, op::METADATA, op::ATTACHMENT, op::MESSAGE_INDEX, op::CHANNEL] {
-        let mut bytes = whole[..cut].to_vec();
-        bytes.push(opcode);
-        bytes.extend((8_u64 << 30).to_le_bytes());
-        folder.write("bomb.mcap", &bytes);
+    // A file may be that long without taking any room.
+    const LENGTH: u64 = 1 << 30;
+    let export = |name: &str, head: &[u8]| {
+        folder.write("bomb.mcap", [&whole[..cut], head].concat());
         let file = std::fs::OpenOptions::new().write(true).open(folder.path("bomb.mcap")).unwrap();
-        file.set_len((cut as u64 + 9) + (8 << 30)).unwrap();
+        file.set_len(cut as u64 + 9 + LENGTH).unwrap();
         let ran = limited(&folder, &["export", "bomb.mcap", "--format", "csv", "--at", "0", "-o", "-"]);
-        assert!(matches!(ran.code, Some(2 | 3)), "{opcode}: {:?} {}", ran.code, ran.stderr);
+        assert!(matches!(ran.code, Some(2 | 3)), "{name}: {:?} {}", ran.code, ran.stderr);
+    };
+    for opcode in [op::METADATA, op::ATTACHMENT, op::MESSAGE_INDEX, op::CHANNEL] {
+        export(&format!("opcode {opcode}"), &[&[opcode][..], &LENGTH.to_le_bytes()].concat());
     }
+    // A chunk that is not compressed, whose head is right: times, size, no checksum, no compression, size.
+    let size = (LENGTH - 40).to_le_bytes();
+    export("chunk", &[&[op::CHUNK][..], &LENGTH.to_le_bytes(), &[0; 16], &size, &[0; 4], &[0; 4], &size].concat());
 }
 
 #[test]

@@ -101,7 +101,7 @@ impl Fold {
             self.current = Some(Step { t, number, ..Step::default() });
         }
         let Some(step) = &mut self.current else { return Ok(()) };
-        if t.to_bits() != step.t.to_bits() {
+        if t.to_bits() != step.t.to_bits() && !matches!(part, Part::Notice(_)) {
             self.lost.gap(format!("of step {number}, a message is of t = {t} s and another of {} s", step.t));
         }
         let twice = match part {

@@ -315,6 +315,7 @@ impl<R: Read + Seek + Send> Log<R> {
     pub fn analyze(&mut self, options: &Options, sink: &mut dyn Sink) -> Result<Analysis, Failed> {
         let text = self.scene_json()?;
         let scene = Scene::parse(&text, &[]).map_err(LogError::Scene)?;
+        self.meets(&scene)?;
         let (particles, without) = self.particles_or_placed(&scene)?;
         let Some(start) = self.first_positions(particles.len())? else {
             return Err(LogError::Damaged(Damage { offset: self.size(), what: "no state is left".to_owned() }).into());
@@ -359,7 +360,6 @@ impl<R: Read + Seek + Send> Log<R> {
     fn particles_or_placed(&mut self, scene: &Scene) -> Result<(Particles, Option<Damage>), Failed> {
         match self.particles() {
             Err(LogError::Damaged(damage)) => {
-                self.meets(scene)?;
                 let placed = place(scene).map_err(|error| Failed::Scene(error.to_string()))?;
                 Ok((placed.0, Some(damage)))
             }

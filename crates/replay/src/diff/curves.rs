@@ -152,6 +152,9 @@ impl Curves {
                     sampled[first + k].add(t, value, duration);
                 }
             };
+            if !t.is_finite() {
+                not_finite = not_finite.or(Some((t, step)));
+            }
             match message {
                 Message::Energy(ledger, _) => {
                     let sums = &ledger.totals;
@@ -162,7 +165,7 @@ impl Curves {
                     (end, frames) = (t, frames + 1);
                     let columns = [&frame.position, &frame.velocity].into_iter().flat_map(|columns| columns.axes());
                     let mut values = columns.chain(frame.temperature.as_deref()).flatten();
-                    if not_finite.is_none() && !(t.is_finite() && values.all(|value| value.is_finite())) {
+                    if not_finite.is_none() && !values.all(|value| value.is_finite()) {
                         not_finite = Some((t, step));
                     }
                     if let Some(theta) = &frame.temperature {
