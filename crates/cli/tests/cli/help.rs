@@ -5,8 +5,21 @@ use std::path::Path;
 
 use super::Folder;
 
-const COMMANDS: [&str; 12] =
-    ["run", "check", "init", "info", "analyze", "replay", "diff", "export", "recover", "schema", "completions", "man"];
+const COMMANDS: [&str; 13] = [
+    "run",
+    "check",
+    "init",
+    "info",
+    "analyze",
+    "replay",
+    "diff",
+    "export",
+    "recover",
+    "study",
+    "schema",
+    "completions",
+    "man",
+];
 
 #[test]
 fn help_is_as_recorded() {
