@@ -7,8 +7,8 @@ use crate::fit::schemes;
 use crate::measure::Measurement;
 use crate::study::Study;
 
-/// Okabe and Ito's colours, told apart with any colour vision.
-const COLOURS: [RGBColor; 7] = [
+/// Okabe and Ito's colours, told apart with any colour vision, and two more.
+const COLOURS: [RGBColor; 9] = [
     RGBColor(0, 0, 0),
     RGBColor(213, 94, 0),
     RGBColor(230, 159, 0),
@@ -16,9 +16,15 @@ const COLOURS: [RGBColor; 7] = [
     RGBColor(0, 158, 115),
     RGBColor(204, 121, 167),
     RGBColor(86, 180, 233),
+    RGBColor(160, 160, 60),
+    RGBColor(100, 140, 120),
 ];
+/// Colours of other programs.
+const PEERS: [RGBColor; 3] = [RGBColor(120, 60, 20), RGBColor(110, 110, 110), RGBColor(70, 50, 140)];
 /// Size in drawing units, two per pixel: the SVG back end rounds to whole ones.
-const SIZE: (u32, u32) = (1600, 1100);
+const SIZE: (u32, u32) = (1900, 1000);
+/// Width of the strip with the names.
+const NAMES: u32 = 460;
 const FONT: (&str, i32) = ("sans-serif", 28);
 
 /// A drawing that failed.
@@ -37,7 +43,9 @@ pub fn svg(study: &Study, peers: &[Peer]) -> Result<String, DrawError> {
     {
         let area = SVGBackend::with_string(&mut text, SIZE).into_drawing_area();
         area.fill(&WHITE)?;
-        draw(&area, study, peers)?;
+        let (plot, names) = area.split_horizontally(SIZE.0 - NAMES);
+        draw(&plot, study, peers)?;
+        legend(&names, study, peers)?;
         area.present()?;
     }
     let (width, height) = SIZE;
@@ -83,36 +91,41 @@ fn draw(area: &DrawingArea<SVGBackend<'_>, Shift>, study: &Study, peers: &[Peer]
             if points.is_empty() {
                 continue;
             }
-            let (width, label) = if fixed { (2, format!("{name}, fixed steps")) } else { (4, name.to_owned()) };
-            let style = colour.stroke_width(width);
+            let style = colour.stroke_width(if fixed { 2 } else { 4 });
             let dots = points.clone();
-            let series = if fixed {
-                chart.draw_series(DashedLineSeries::new(points, 12, 8, style))?
+            if fixed {
+                chart.draw_series(DashedLineSeries::new(points, 12, 8, style))?;
             } else {
-                chart.draw_series(LineSeries::new(points, style))?
-            };
-            let colour = *colour;
-            series
-                .label(label)
-                .legend(move |(x, y)| PathElement::new(vec![(x, y), (x + 40, y)], colour.stroke_width(width)));
+                chart.draw_series(LineSeries::new(points, style))?;
+            }
             let filled = if fixed { colour.stroke_width(2) } else { colour.filled() };
             chart.draw_series(dots.into_iter().map(|point| Circle::new(point, 6, filled)))?;
         }
     }
-    for ((name, points), colour) in peers.iter().zip(COLOURS.iter().rev().cycle()) {
-        let colour = *colour;
-        chart
-            .draw_series(LineSeries::new(points.iter().copied(), colour.stroke_width(2)))?
-            .label(name.clone())
-            .legend(move |(x, y)| Cross::new((x + 20, y), 8, colour.stroke_width(3)));
+    for ((_, points), colour) in peers.iter().zip(PEERS.iter().cycle()) {
+        chart.draw_series(LineSeries::new(points.iter().copied(), colour.stroke_width(2)))?;
         chart.draw_series(points.iter().map(|&point| Cross::new(point, 8, colour.stroke_width(3))))?;
     }
-    chart
-        .configure_series_labels()
-        .position(SeriesLabelPosition::UpperRight)
-        .background_style(WHITE.mix(0.85))
-        .border_style(RGBColor(200, 200, 200))
-        .label_font(FONT)
-        .legend_area_size(60)
-        .draw()
+    Ok(())
+}
+
+/// The names, one below another, beside the plot.
+fn legend(area: &DrawingArea<SVGBackend<'_>, Shift>, study: &Study, peers: &[Peer]) -> Result<(), DrawError> {
+    let mut y = 60;
+    let text = |name: &str, y: i32| Text::new(name.to_owned(), (70, y - 14), FONT.into_font());
+    for (name, colour) in schemes(&study.measurements).into_iter().zip(COLOURS.iter().cycle()) {
+        area.draw(&PathElement::new(vec![(0, y), (56, y)], colour.stroke_width(4)))?;
+        area.draw(&text(name, y))?;
+        y += 44;
+    }
+    for ((name, _), colour) in peers.iter().zip(PEERS.iter().cycle()) {
+        area.draw(&Cross::new((28, y), 8, colour.stroke_width(3)))?;
+        area.draw(&text(name, y))?;
+        y += 44;
+    }
+    for line in ["dashed, open: fixed steps", "solid, full: by tolerance"] {
+        area.draw(&Text::new(line, (0, y), FONT.into_font()))?;
+        y += 44;
+    }
+    Ok(())
 }

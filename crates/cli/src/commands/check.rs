@@ -8,7 +8,6 @@ use agglo_core::characteristics::{
     Equilibrium, PairCharacteristics, SuggestedStep, Survey, cutoff_of, suggest_step, survey,
 };
 use agglo_core::placement::place;
-use agglo_core::scene::ModelKind;
 use agglo_core::state::{Particles, State};
 use agglo_record::channels::Effects;
 use serde_json::{Value, json};
