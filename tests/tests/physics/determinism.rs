@@ -148,7 +148,7 @@ fn a_run_in_two_halves_is_the_same_run() {
             every(&with(&cloud(1500, 1.6, json!(0.18)), &[("/solver/integrator", json!("gauss-legendre"))]), 10),
         ),
         ("ball", every(&shipped("bouncing-ball"), 100)),
-        ("hard spheres", every(&with(&shipped("free-cooling-gas"), &[("/duration", json!(2.0))]), 33)),
+        ("hard spheres", every(&with(&shipped("free-cooling-gas"), &[("/duration", json!(2.0))]), 4)),
     ] {
         let (whole, outcome, duration) = halves(&value);
         let checkpoint = whole.checkpoint.unwrap();
