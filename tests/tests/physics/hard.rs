@@ -60,7 +60,8 @@ fn break_shot() {
         ball([0.0, s * touch, 0.0], [0.0; 3]),
         ball([0.0, -s * touch, 0.0], [0.0; 3]),
     ];
-    let (steps, _) = record(&scene(&with(&balls(&list, 0.1, 1e-2, json!(1.0)), &[("/contact/rest_speed", json!(0.0))])));
+    let (steps, _) =
+        record(&scene(&with(&balls(&list, 0.1, 1e-2, json!(1.0)), &[("/contact/rest_speed", json!(0.0))])));
     let v = velocities(&steps);
     assert!((v[0] - Vector3::new(-0.2, 0.0, 0.0)).norm() <= 1e-13, "{}", v[0]);
     for ball in &v[1..] {
@@ -94,11 +95,8 @@ fn cradle_of_five() {
 #[test]
 fn inelastic_collapse_of_three() {
     for (e, together) in [(0.02, true), (0.06, true), (0.09, false), (0.3, false)] {
-        let list = [
-            ball([0.0; 3], [1.0, 0.0, 0.0]),
-            ball([0.13, 0.0, 0.0], [0.0; 3]),
-            ball([0.25, 0.0, 0.0], [0.0; 3]),
-        ];
+        let list =
+            [ball([0.0; 3], [1.0, 0.0, 0.0]), ball([0.13, 0.0, 0.0], [0.0; 3]), ball([0.25, 0.0, 0.0], [0.0; 3])];
         let (steps, outcome) = record(&scene(&balls(&list, 2.0, 0.1, json!(e))));
         let v = velocities(&steps);
         let spread = v[2].x - v[0].x;

@@ -289,7 +289,8 @@ impl Instant {
                 continue;
             }
             let all_bounces = joint.effective_mass * (1.0 + e) * u / (1.0 - e).max(f64::EPSILON);
-            let heat = self.react_with(k, moment, all_bounces, |reaction, force, radius| reaction.linear(force, radius));
+            let heat =
+                self.react_with(k, moment, all_bounces, |reaction, force, radius| reaction.linear(force, radius));
             let slip = moment.law.friction.map(|_| slips[k]);
             let impact = self.report(k, moment, (u, after[k], 0.0), slides[k], slip, heat);
             reported += impact.normal_loss() + impact.friction_loss();

@@ -1,9 +1,9 @@
 //! Pairs and walls that may touch during a step, found once at its start and added to where an impact speeds someone up.
 
+use super::paths::{Launch, image};
 use crate::contact::Touch;
 use crate::contact::search::{TOUCHING, visit_close};
 use crate::impact::Partner;
-use super::paths::{Launch, image};
 use crate::simd::{Task, vectorized};
 use nalgebra::Vector3;
 
@@ -40,7 +40,9 @@ impl Candidates {
         self.head.resize(n, END);
         self.measure(launch);
         self.grown.clear();
-        self.grown.extend(launch.particles.radius.iter().zip(&self.reach).map(|(b, reach)| b * (1.0 + 2.0 * TOUCHING) + reach));
+        self.grown.extend(
+            launch.particles.radius.iter().zip(&self.reach).map(|(b, reach)| b * (1.0 + 2.0 * TOUCHING) + reach),
+        );
         let touches = &mut self.touches;
         visit_close(launch.position, &self.grown, &launch.domain.periodic, 1.0, |pair| {
             touches.push(Touch { i: pair.i as usize, partner: Partner::Particle(pair.j) });

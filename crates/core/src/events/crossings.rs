@@ -97,10 +97,8 @@ impl Crossings {
         for crossing in crossings(launch, paths, i, j, shell) {
             let left = dt - crossing.tau;
             let push = crossing.normal * if crossing.inward { force } else { -force };
-            let (shift, kick) = (
-                0.5 * left * left - integrator.position_new * dt * dt,
-                left - integrator.velocity_new * dt,
-            );
+            let (shift, kick) =
+                (0.5 * left * left - integrator.position_new * dt * dt, left - integrator.velocity_new * dt);
             for (particle, jump) in [(i, push / mass[i]), (j, -push / mass[j])] {
                 self.jump.add(particle, jump);
                 shifts.push((particle, jump * shift, jump * kick));

@@ -369,7 +369,8 @@ impl<'a> Step<'a, '_> {
         match touch.partner {
             Partner::Particle(_) => self.paths.separation(self.launch, touch, &candidates.shifts[k], tau).norm() - sum,
             Partner::Wall(w) => {
-                self.launch.domain.walls[w as usize].distance(&self.paths.piece(self.launch, touch.i).position(tau)) - sum
+                self.launch.domain.walls[w as usize].distance(&self.paths.piece(self.launch, touch.i).position(tau))
+                    - sum
             }
         }
     }
@@ -420,7 +421,8 @@ impl<'a> Step<'a, '_> {
             }
             Partner::Wall(w) => (-self.launch.domain.walls[w as usize].normal, f64::INFINITY),
         };
-        let mut joint = Joint::new(touch, (rows[touch.i] as usize, touch.j().map(|j| rows[j] as usize)), normal, distance);
+        let mut joint =
+            Joint::new(touch, (rows[touch.i] as usize, touch.j().map(|j| rows[j] as usize)), normal, distance);
         joint.effective_mass = touch.effective_mass(particles);
         joint.radius = touch.smaller_radius(particles);
         joint.position = at + normal * particles.radius[touch.i];

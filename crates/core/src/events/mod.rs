@@ -71,8 +71,11 @@ impl Events {
         if let Some(law) = laws.contact.filter(|law| law.located) {
             let (thetas, capacity) = laws.warmth.map_or((None, f64::INFINITY), |(thetas, c)| (Some(thetas), c));
             let warmth = Warmth { thetas, capacity, exchange: laws.exchange };
-            let mut outcome =
-                impacts::Outcome { reports: &mut self.reports, booked: &mut self.booked, exchanged: &mut self.exchanged };
+            let mut outcome = impacts::Outcome {
+                reports: &mut self.reports,
+                booked: &mut self.booked,
+                exchanged: &mut self.exchanged,
+            };
             self.impacts.pass(law, laws.time, launch, &warmth, &mut self.paths, &mut outcome);
         }
         self.collect(launch);

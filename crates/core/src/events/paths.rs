@@ -193,9 +193,7 @@ impl Paths {
     pub fn separation(&self, launch: &Launch<'_>, touch: Touch, shift: &Vector3<f64>, tau: f64) -> Vector3<f64> {
         let i = self.piece(launch, touch.i).position(tau);
         match touch.partner {
-            Partner::Particle(j) => {
-                shift + self.piece(launch, j as usize).position(tau) - i
-            }
+            Partner::Particle(j) => shift + self.piece(launch, j as usize).position(tau) - i,
             Partner::Wall(w) => {
                 let wall = &launch.domain.walls[w as usize];
                 -wall.normal * wall.distance(&i)

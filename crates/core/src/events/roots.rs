@@ -159,7 +159,8 @@ mod tests {
     #[test]
     fn the_first_closing_is_found_among_known_roots() {
         let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(11);
-        let mut uniform = |low: f64, high: f64| low + (high - low) * ((rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64);
+        let mut uniform =
+            |low: f64, high: f64| low + (high - low) * ((rng.next_u64() >> 11) as f64 / (1_u64 << 53) as f64);
         let mut found = 0;
         for _ in 0..20_000 {
             let roots: [f64; 4] = std::array::from_fn(|_| uniform(-1.0, 2.0));

@@ -206,7 +206,8 @@ impl Field {
         let located = locates(scene);
         let composition = Composition::of(&groups, switch);
         let (neighbors, work) = (Neighbors::All, Work::Listed(Listed::default()));
-        let mut field = Self { groups, cutoff, switch, binding, periodic: *periodic, neighbors, located, composition, work };
+        let mut field =
+            Self { groups, cutoff, switch, binding, periodic: *periodic, neighbors, located, composition, work };
         field.neighbors = Neighbors::choose(field.reach(), start, periodic);
         if let Neighbors::All = field.neighbors {
             let (groups, binding) = (&field.groups, field.binding.as_ref());

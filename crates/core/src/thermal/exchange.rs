@@ -132,10 +132,7 @@ impl Exchange {
             (false, _) => 0.0,
             (true, true) => by_convection,
         };
-        Exchanged {
-            convected: self.capacity[i] * by_convection,
-            radiated: self.capacity[i] * (drop - by_convection),
-        }
+        Exchanged { convected: self.capacity[i] * by_convection, radiated: self.capacity[i] * (drop - by_convection) }
     }
 
     fn particle(&self, i: usize) -> Particle {

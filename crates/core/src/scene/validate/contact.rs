@@ -52,13 +52,14 @@ fn check_contact(scene: &Scene, contact: &Contact, reaction: bool, problems: &mu
     }
     if contact.resolution == Some(ContactResolution::Located) && scene.model == ModelKind::Paper {
         problems.push(
-            Problem::new("/contact/resolution", "the model `paper` knows no located impacts: contacts act during steps")
-                .hint("write \"step\", or choose the model \"consistent\""),
+            Problem::new(
+                "/contact/resolution",
+                "the model `paper` knows no located impacts: contacts act during steps",
+            )
+            .hint("write \"step\", or choose the model \"consistent\""),
         );
     }
-    if contact.resolution == Some(ContactResolution::Located)
-        && scene.model == ModelKind::Consistent
-        && !locates(scene)
+    if contact.resolution == Some(ContactResolution::Located) && scene.model == ModelKind::Consistent && !locates(scene)
     {
         problems.push(
             Problem::new("/contact/resolution", "collocation schemes leave impacts to the ends of steps")
