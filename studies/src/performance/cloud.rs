@@ -20,7 +20,7 @@ pub fn scene(n: usize, steps: u64) -> Result<Scene, Failure> {
             "solver": {{ "step": {{ "fixed": 0.002 }} }}, "record": {{ "every_steps": 1000000 }} }}"#,
         duration = 0.002 * steps as f64
     );
-    Ok(Scene::parse(&text, &[])?)
+    super::parse(&text)
 }
 
 /// Runs one size in a process of its own and prints seconds per particle-step and bytes per particle.

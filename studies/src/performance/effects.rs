@@ -30,7 +30,7 @@ fn scene(effect: &str, steps: u64) -> Result<Scene, Failure> {
             "solver": {{ "step": {{ "fixed": 1e-4 }} }}, "record": {{ "every_steps": 1000000 }} }}"#,
         1e-4 * steps as f64
     );
-    Ok(Scene::parse(&text, &[])?)
+    super::parse(&text)
 }
 
 pub fn run(context: &Context) -> Result<Section, Failure> {

@@ -79,7 +79,7 @@ impl Fluid {
             atoms.join(","),
             l = self.length
         );
-        Ok(Scene::parse(&text, &[])?)
+        super::parse(&text)
     }
 
     fn write(&self, path: &Path) -> Result<(), Failure> {

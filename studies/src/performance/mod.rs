@@ -16,7 +16,14 @@ use std::path::PathBuf;
 pub use cloud::child;
 pub use page::page;
 
+use agglo_core::{Scene, SetupError};
+
 use crate::Failure;
+
+/// A scene from its text.
+fn parse(text: &str) -> Result<Scene, Failure> {
+    Ok(Scene::parse(text, &[]).map_err(|problems| SetupError { problems })?)
+}
 
 /// What cases may use.
 #[derive(Clone, Debug)]

@@ -76,7 +76,7 @@ impl Cloud {
                     "repulsion": {{ "strength": 0.25, "exponent": {repulsion} }},
                     "weight": "mass-product", "cutoff": 1.0 }} }}"#
         );
-        let scene = Scene::parse(&text, &[])?;
+        let scene = super::parse(&text)?;
         let (particles, state) = place(&scene)?;
         let r = state.position;
         let model = Model::new(&scene, &particles, &r);

@@ -2,7 +2,6 @@
 
 use std::time::Instant;
 
-use agglo_core::Scene;
 use rayon::prelude::*;
 
 use super::measure::{row, solve, threads};
@@ -20,7 +19,7 @@ pub fn run(context: &Context) -> Result<Section, Failure> {
         1e-4 * 20.0
     );
     let scenes = [
-        ("all pairs, n = 4000", Scene::parse(&pairs, &[])?),
+        ("all pairs, n = 4000", super::parse(&pairs)?),
         ("Lennard-Jones fluid, n = 32000", fluid::Fluid::new(20).scene(20)?),
         ("bonded cloud, n = 100000", cloud::scene(100_000, 10)?),
     ];
