@@ -4,7 +4,6 @@ use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-use agglo_core::Scene;
 use agglo_core::assembly::Model;
 use agglo_core::placement::place;
 use agglo_core::state::Columns;

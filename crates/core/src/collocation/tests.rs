@@ -21,9 +21,9 @@ fn simulation(integrator: &str) -> Simulation {
 /// Solves a step of dt, and gives the paths of all particles, the positions at its end and the evaluations it took.
 fn solve(simulation: &mut Simulation, dt: f64) -> (Vec<super::Path>, crate::state::Columns, u64) {
     let Simulation { stagger, model, particles, state, acceleration, .. } = simulation;
-    let start = Start { particles, state, acceleration };
+    let start = Start { particles, state, acceleration, time: 0.0 };
     let before = stagger.evaluations;
-    assert_eq!(stagger.solve(model, &start, dt), crate::convergence::Verdict::Converged);
+    assert_eq!(stagger.solve(model, &start, dt, None), crate::convergence::Verdict::Converged);
     let collocation: &Collocation = stagger.collocation.as_deref().unwrap();
     let paths = (0..3).map(|i| collocation.path(&start, dt, i)).collect();
     (paths, stagger.position.clone(), stagger.evaluations - before)
