@@ -57,7 +57,7 @@ impl Markers {
 }
 
 /// A coordinate to a hundred-thousandth of it: it is there to be looked at, and the state itself stands in `/particles`.
-/// What is rounded away would fill a third of a log of large clouds.
+/// What is rounded away would fill a fifth of a log of 10 000 that are all drawn.
 fn drawn(coordinate: f64) -> f64 {
     // Round to 16 bits of the mantissa; a carry goes into the exponent, as it should.
     const DROPPED: u64 = (1 << 36) - 1;
