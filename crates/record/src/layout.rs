@@ -60,14 +60,12 @@ fn pruned(tree: Value, kept: &impl Fn(&str) -> bool) -> Option<Value> {
 /// Leaves out curves of energies that stay zero.
 fn keep_series(layout: &mut Value, scene: &Scene) {
     let contact = scene.contact.as_ref();
-    let thermal = scene.thermal.as_ref();
     let kept = |path: &str| match path {
         "/energy.near_field" => scene.near_field.is_some(),
         "/energy.binding" => scene.binding.is_some(),
         "/energy.external" => scene.external.is_some(),
         "/energy.impact_loss" => contact.is_some(),
         "/energy.friction_loss" => contact.is_some_and(|contact| contact.friction.is_some()),
-        "/energy.reaction_heat" => thermal.is_some_and(|thermal| thermal.reaction.is_some()),
         _ => true,
     };
     for (_, panel) in layout["configById"].as_object_mut().into_iter().flatten() {
@@ -132,7 +130,7 @@ fn aim(layout: &mut Value, view: &View) {
     for panel in ["3D!spheres", "3D!points"] {
         let Some(panel) = layout["configById"].get_mut(panel) else { continue };
         let camera = &mut panel["cameraState"];
-        camera["distance"] = json!(1.3 * size);
+        camera["distance"] = json!(size);
         (camera["near"], camera["far"]) = (json!(1e-3 * size), json!(1e3 * size));
         camera["target"] = json!(middle);
         camera["targetOffset"] = json!(middle);
