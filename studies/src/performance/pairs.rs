@@ -12,6 +12,9 @@ use super::measure::{cpu_seconds, median, row, threads};
 use super::{Context, Row, Section};
 use crate::Failure;
 
+/// Times of agglo [s], and of the two C kernels where there is a compiler.
+type Times = (Vec<f64>, Option<[Vec<f64>; 2]>);
+
 /// The yardstick; compiled twice, with and without freedom.
 const SOURCE: &str = include_str!("pairs.c");
 /// Repetitions of a measurement.
@@ -85,11 +88,7 @@ impl Cloud {
     }
 
     /// Nanoseconds per pair, ours and those of C kernels, round by round.
-    fn measure(
-        mut self,
-        context: &Context,
-        kernels: Option<&Kernels>,
-    ) -> Result<(Vec<f64>, Option<[Vec<f64>; 2]>), Failure> {
+    fn measure(mut self, context: &Context, kernels: Option<&Kernels>) -> Result<Times, Failure> {
         let n = self.r.len();
         let repetitions = (20_000_000 / (n * n)).max(3);
         let mut force = Columns::zeros(n);

@@ -54,11 +54,15 @@ struct Hold {
     normal: Vector3<f64>,
 }
 
+/// When a gap closes (the bits of a time, which sort like it), particle i, its partner (walls after particles), the
+/// candidate, and its stamp.
+type Prediction = (u64, u32, u64, u32, u32);
+
 /// The impacts of one step. Buffers are kept from one step to the next.
 #[derive(Clone, Debug, Default)]
 pub struct Impacts {
     candidates: Candidates,
-    queue: BinaryHeap<Reverse<(u64, u32, u64, u32, u32)>>,
+    queue: BinaryHeap<Reverse<Prediction>>,
     /// Number of the last prediction of every candidate; older ones in the queue are void.
     stamps: Vec<u32>,
     /// What holds every candidate.

@@ -190,6 +190,8 @@ impl<L: Law, B: Bond> Triangle<'_, L, B> {
                 square = square.select(simd.splat(i as f64 + 1.0).le(number), infinite);
                 square = square.select(number.le(simd.splat(n as f64 - 1.0)), infinite);
             }
+            // A closure would be compiled apart, for instructions that every machine has.
+            #[allow(clippy::manual_map)]
             let weight = match self.weight {
                 Some(weight) => Some(&weight[b]),
                 None => None,

@@ -61,6 +61,7 @@ impl Listed {
         let Self { ordered, records, forces, place, .. } = self;
         compose(field, ordered, Work { field, list, records, forces });
         let forces = &*forces;
+        #[allow(clippy::type_complexity)] // what `zip` makes of three columns
         let add = |(((x, y), z), place): (((&mut [f64], &mut [f64]), &mut [f64]), &[u32])| {
             for (((x, y), z), &place) in x.iter_mut().zip(y).zip(z).zip(place) {
                 let force = &forces[place as usize];

@@ -107,8 +107,9 @@ pub fn judge<R: Read + Seek>(
             let what = format!("{name} has a state with a number that is not finite");
             report.structure.push(Structure { channel: "/particles".to_owned(), what, count: 1, t, step });
         }
-        // Written so that an end that is no number is none that is met.
-        if !((curves.end - duration).abs() <= 1e-6 * duration) {
+        // An end that is no number is none that is met.
+        let apart = (curves.end - duration).abs();
+        if apart > 1e-6 * duration || apart.is_nan() {
             let what = format!("{name} ends at t = {} s instead of {duration} s", curves.end);
             report.not_compared.push(what);
         }
