@@ -36,9 +36,10 @@ class Viewer:
         while True:
             try:
                 # Small buffers, so that a client that does not read is felt by the server soon.
+                # Entered and never left: the process ends with it.
                 self.socket = connect(
                     f"ws://127.0.0.1:{port}", subprotocols=["foxglove.sdk.v1"], max_size=None, max_queue=4
-                )
+                ).__enter__()
                 break
             except OSError:
                 assert time.monotonic() < deadline, "nobody serves"

@@ -275,7 +275,7 @@ fn rerun_gets_the_log_with_a_blueprint() {
     // The particles' radius stands in the blueprint, of the variant with temperatures and without clusters.
     let blueprint = folder.read("kept.rbl");
     let holds = |bytes: &[u8]| blueprint.windows(bytes.len()).any(|found| found == bytes);
-    assert!(holds(&0.05_f32.to_le_bytes()) && holds(b"mean_temperature") && !holds(b"particles in the largest"));
+    assert!(holds(&0.05_f32.to_le_bytes()) && holds(b"Temperature [K]") && !holds(b"/clusters"));
 
     let program = fake_rerun(&folder, "echo no such thing >&2; exit 4");
     let ran = folder.command(&["view", "run.mcap", "--rerun"]).env("AGGLO_RERUN", &program).output().unwrap();
