@@ -48,7 +48,11 @@ class Viewer:
         assert self.info["op"] == "serverInfo", self.info
         self.channels, self.statuses = {}, []
         while "/log" not in {channel["topic"] for channel in self.channels.values()}:
-            message = json.loads(self.socket.recv(timeout=20))
+            message = self.socket.recv(timeout=20)
+            if isinstance(message, bytes):
+                assert message[0] == 2, "nothing but the time before it is asked for"
+                continue
+            message = json.loads(message)
             assert message["op"] == "advertise", message
             self.channels |= {channel["id"]: channel for channel in message["channels"]}
         self.classes = {number: decoder(channel) for number, channel in self.channels.items()}

@@ -408,10 +408,18 @@ fn iterations_are_those_of_the_run() {
 
 #[test]
 fn rejected_attempts_are_counted_by_cause() {
-    let far = with(&shipped("head-on-impact"), &[("/solver", json!({ "step": { "initial": 0.2, "max": 0.2 } }))]);
+    let far = with(
+        &shipped("head-on-impact"),
+        &[("/solver", json!({ "step": { "initial": 0.2, "max": 0.2 } })), ("/contact/resolution", json!("step"))],
+    );
     let coarse = with(
         &shipped("two-body-oscillator"),
-        &[("/solver", json!({ "step": { "initial": 1.0, "max": 1.0 }, "tolerance": { "position": 1e-5 } }))],
+        &[(
+            "/solver",
+            json!({
+                "integrator": "velocity-verlet", "step": { "initial": 1.0, "max": 1.0 }, "tolerance": { "position": 1e-5 }
+            }),
+        )],
     );
     for (value, cause) in [(far, "travel"), (coarse, "local_error")] {
         let (_, outcome) = agglo_tests::record(&scene(&value));
