@@ -36,6 +36,8 @@ const FAREWELL: Duration = Duration::from_millis(500);
 pub struct Live {
     server: Arc<WebSocketServerHandle>,
     board: Arc<Board>,
+    /// What connects channels and server: dropped, no channel would be announced.
+    _context: Arc<Context>,
     /// Runs the server until it is dropped.
     runtime: Runtime,
 }
@@ -82,7 +84,7 @@ impl Live {
             .listener(Arc::clone(&board) as Arc<dyn ServerListener>);
         let server = runtime.block_on(server.start()).map_err(|error| refused(address, &error))?;
         announce(&host, server.port(), &bound, terminal);
-        Ok(Self { server: Arc::new(server), board, runtime })
+        Ok(Self { server: Arc::new(server), board, _context: context, runtime })
     }
 
     /// What the recorder tells every message.
@@ -101,7 +103,7 @@ impl Live {
 
     /// Ends the server when what is under way has left.
     pub fn finish(self) {
-        let Self { server, board, runtime } = self;
+        let Self { server, board, _context, runtime } = self;
         if server.client_count() > 0 {
             if let Some(Some(state)) = board.last().get(Topic::Particles as usize) {
                 server.broadcast_time(state.log_time);
