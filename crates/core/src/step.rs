@@ -225,6 +225,7 @@ impl Simulation {
         }
         // Those that had impacts are already past a part of the step.
         let mut warmed: Vec<(usize, f64, f64)> = self.events.iter().flat_map(Events::warmed).collect();
+        warmed.sort_unstable_by_key(|&(i, ..)| i);
         let exchange = self.model.exchange.as_ref();
         for (i, latest, since) in &mut warmed {
             if let Some(exchange) = exchange {
@@ -234,7 +235,7 @@ impl Simulation {
             }
         }
         if let Some(exchange) = exchange {
-            let had_impacts = |i: usize| warmed.iter().any(|&(k, ..)| k == i);
+            let had_impacts = |i: usize| warmed.binary_search_by_key(&i, |&(k, ..)| k).is_ok();
             let exchanged = if warmed.is_empty() {
                 exchange.advance_and_book(dt, theta)
             } else {
