@@ -6,20 +6,56 @@
 use crate::math::{EXP_SERIES, LN_SERIES, LN2_HIGH, LN2_LOW, ROUND};
 use crate::simd::{Lanes, Simd};
 
-/// As [`crate::math::ln`], to the last bit.
+/// x = 2^k m with m in [sqrt(1/2), sqrt(2)), for positive, finite, normal numbers.
 #[inline(always)]
-pub fn ln<S: Simd>(simd: S, x: S::F) -> S::F {
+fn split<S: Simd>(simd: S, x: S::F) -> (S::F, S::F) {
     const SQRT_HALF: u64 = 0x3FE6_A09E_0000_0000;
     const ONE: u64 = 0x3FF0_0000_0000_0000;
     const TWO_TO_52: u64 = 0x4330_0000_0000_0000;
     let shifted = x.add_bits(simd.bits(ONE - SQRT_HALF));
     let k = shifted.shift_down::<52>().or_bits(simd.bits(TWO_TO_52)) - simd.splat(4_503_599_627_370_496.0 + 1023.0);
-    let f = shifted.and_bits(simd.bits(0x000F_FFFF_FFFF_FFFF)).add_bits(simd.bits(SQRT_HALF)) - simd.splat(1.0);
+    (k, shifted.and_bits(simd.bits(0x000F_FFFF_FFFF_FFFF)).add_bits(simd.bits(SQRT_HALF)))
+}
+
+/// As [`crate::math::ln`], to the last bit.
+#[inline(always)]
+pub fn ln<S: Simd>(simd: S, x: S::F) -> S::F {
+    let (k, m) = split(simd, x);
+    let f = m - simd.splat(1.0);
     let s = f / (simd.splat(2.0) + f);
     let z = s * s;
     let r = polynomial(simd, &LN_SERIES, z) * z;
     let half_square = simd.splat(0.5) * f * f;
     k * simd.splat(LN2_HIGH) - ((half_square - (s * (half_square + r) + k * simd.splat(LN2_LOW))) - f)
+}
+
+/// Sums of logarithms as the logarithm of a product, which cannot overflow: one logarithm for any number of terms.
+#[derive(Clone, Copy)]
+pub struct LogarithmSum<F> {
+    exponent: F,
+    mantissa: F,
+}
+
+impl<F: Lanes> LogarithmSum<F> {
+    /// Of no terms.
+    #[inline(always)]
+    pub fn new<S: Simd<F = F>>(simd: S) -> Self {
+        Self { exponent: simd.splat(0.0), mantissa: simd.splat(1.0) }
+    }
+
+    /// Adds ln x of positive, finite, normal numbers.
+    #[inline(always)]
+    pub fn add<S: Simd<F = F>>(&mut self, simd: S, x: F) {
+        let (k, m) = split(simd, self.mantissa * x);
+        *self = Self { exponent: self.exponent + k, mantissa: m };
+    }
+
+    /// The sum, off by at most half an ulp of 1 for each term beside the error of [`ln`].
+    #[inline(always)]
+    pub fn value<S: Simd<F = F>>(self, simd: S) -> F {
+        let low = self.exponent * simd.splat(LN2_LOW) + ln(simd, self.mantissa);
+        self.exponent * simd.splat(LN2_HIGH) + low
+    }
 }
 
 /// As [`crate::math::exp`], to the last bit.
@@ -52,7 +88,7 @@ pub fn round<S: Simd>(simd: S, x: S::F) -> S::F {
 
 #[cfg(test)]
 mod tests {
-    use super::{exp, ln, round};
+    use super::{LogarithmSum, exp, ln, round};
     use crate::math;
     use crate::simd::{Eight, Kernel, LEVELS, Lanes, Simd, dispatch_at};
 
@@ -98,6 +134,39 @@ mod tests {
                 let got = dispatch_at(level, Map(f, x));
                 assert_eq!(got.map(f64::to_bits), x.map(|x| twin(x).to_bits()), "{level:?} at {x:?}");
             }
+        }
+    }
+
+    struct Added<'a>(&'a [Eight]);
+
+    impl Kernel for Added<'_> {
+        type Output = Eight;
+
+        #[inline(always)]
+        fn run<S: Simd>(self, simd: S) -> Eight {
+            let mut sum = LogarithmSum::new(simd);
+            for x in self.0 {
+                sum.add(simd, simd.load(x));
+            }
+            sum.value(simd).to_array()
+        }
+    }
+
+    /// Products far beyond the largest number, on both sides of 1; each of 4000 terms may cost half an ulp of 1.
+    #[test]
+    fn logarithms_are_added_as_a_product() {
+        let terms: Vec<Eight> = samples(1e-9, 3.0).take(2000).chain(samples(1e200, 1e300).take(2000)).collect();
+        let first = dispatch_at(LEVELS[0], Added(&terms));
+        for (k, got) in first.into_iter().enumerate() {
+            let direct: math::Sum = terms.iter().map(|x| libm::log(x[k])).collect();
+            let direct = direct.value();
+            assert!(
+                (got - direct).abs() <= 4000.0 * 0.5 * f64::EPSILON + direct.abs() * f64::EPSILON,
+                "{got} {direct}"
+            );
+        }
+        for level in LEVELS {
+            assert_eq!(dispatch_at(level, Added(&terms)).map(f64::to_bits), first.map(f64::to_bits), "{level:?}");
         }
     }
 

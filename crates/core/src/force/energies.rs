@@ -1,8 +1,8 @@
-//! The pair loop for potential energies: eight pairs at a time, each pair once.
+//! The pair loops for potential energies: eight pairs at a time, each pair once.
 
-use super::composition::{separation, square_of};
-use super::near_field::{BindingTerm, Field, Group};
-use super::power::Power;
+use super::composition::separation;
+use super::near_field::Field;
+use super::potential::{Pairs, Partners, Potential, PotentialJob, compose};
 use crate::cells::{Cells, Visit};
 use crate::math::Sum;
 use crate::neighbor::{NeighborList, Neighbors, load};
@@ -18,16 +18,15 @@ const PARALLEL_FROM: usize = 1024;
 /// Numbers of the lanes.
 const LANE: Eight = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
-/// Near-field and binding energy, and the sum of the absolute energies of all pairs [J], with candidates that are valid.
+/// Near-field and binding energy, and a lower bound of the sum of the absolute energies of all pairs [J], with candidates
+/// that are valid.
 pub(super) fn energies(field: &Field, neighbors: &Neighbors, r: &Columns) -> [f64; 3] {
     match neighbors {
-        Neighbors::All => rows(r.len(), |first, energy| dispatch(EnergyRows { field, r, list: None, first, energy })),
+        Neighbors::All => compose(field, Rows { field, r: &padded(r.clone()), n: r.len(), list: None }),
         Neighbors::List(list) => {
             let sorted = |column: &[f64]| list.order().iter().map(|&i| column[i as usize]).collect::<Vec<f64>>();
             let (field, r) = (field.sorted(sorted), Columns { x: sorted(&r.x), y: sorted(&r.y), z: sorted(&r.z) });
-            rows(r.len(), |first, energy| {
-                dispatch(EnergyRows { field: &field, r: &r, list: Some(list), first, energy });
-            })
+            compose(&field, Rows { field: &field, n: r.len(), r: &r, list: Some(list) })
         }
     }
 }
@@ -35,14 +34,22 @@ pub(super) fn energies(field: &Field, neighbors: &Neighbors, r: &Columns) -> [f6
 /// The same from the positions alone, by cells instead of lists.
 pub(super) fn energies_by_cells(field: &Field, r: &Columns) -> [f64; 3] {
     let cells = Cells::new(r, field.reach(), &field.periodic);
-    let (sorted, ordered);
-    let (field, r) = if cells.is_one() {
-        (field, r)
+    let sorted;
+    let (field, ordered) = if cells.is_one() {
+        (field, r.clone())
     } else {
-        (sorted, ordered) = (field.sorted(|column| cells.sorted(column)), cells.sorted_vectors(r));
-        (&sorted, &ordered)
+        sorted = field.sorted(|column| cells.sorted(column));
+        (&sorted, cells.sorted_vectors(r))
     };
-    rows(r.len(), |first, energy| dispatch(EnergyCells { field, r, cells: &cells, first, energy }))
+    compose(field, InCells { field, r: &padded(ordered), n: r.len(), cells: &cells })
+}
+
+/// With zeros behind, so that blocks of consecutive particles are whole.
+fn padded(mut r: Columns) -> Columns {
+    for column in [&mut r.x, &mut r.y, &mut r.z] {
+        column.resize(column.len() + LANES - 1, 0.0);
+    }
+    r
 }
 
 /// Sums of what `fill` puts into the rows from a first one on, a task at a time.
@@ -57,8 +64,43 @@ fn rows(n: usize, fill: impl Fn(usize, &mut [[f64; 3]]) + Sync) -> [f64; 3] {
     std::array::from_fn(|k| each.iter().map(|energies| energies[k]).collect::<Sum>().value())
 }
 
+/// All particles, with partners of larger number (or place) only.
+struct Rows<'a> {
+    field: &'a Field,
+    r: &'a Columns,
+    n: usize,
+    list: Option<&'a NeighborList>,
+}
+
+impl PotentialJob for Rows<'_> {
+    type Output = [f64; 3];
+
+    fn run<P: Potential, B: Potential>(self, near: P, bond: B) -> [f64; 3] {
+        let Self { field, r, n, list } = self;
+        rows(n, |first, energy| dispatch(EnergyRows { law: (near, bond), field, r, n, list, first, energy }))
+    }
+}
+
+/// All particles, with the partners that cells give them.
+struct InCells<'a> {
+    field: &'a Field,
+    r: &'a Columns,
+    n: usize,
+    cells: &'a Cells,
+}
+
+impl PotentialJob for InCells<'_> {
+    type Output = [f64; 3];
+
+    fn run<P: Potential, B: Potential>(self, near: P, bond: B) -> [f64; 3] {
+        let Self { field, r, n, cells } = self;
+        rows(n, |first, energy| dispatch(EnergyCells { law: (near, bond), field, r, cells, first, energy }))
+    }
+}
+
 /// Energies of consecutive places, with the partners that cells give them.
-struct EnergyCells<'a> {
+struct EnergyCells<'a, P, B> {
+    law: (P, B),
     field: &'a Field,
     r: &'a Columns,
     cells: &'a Cells,
@@ -66,30 +108,31 @@ struct EnergyCells<'a> {
     energy: &'a mut [[f64; 3]],
 }
 
-impl Kernel for EnergyCells<'_> {
+impl<P: Potential, B: Potential> Kernel for EnergyCells<'_, P, B> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Self { field, r, cells, first, energy } = self;
+        let Self { law, field, r, cells, first, energy } = self;
         let places = first..first + energy.len();
-        cells.walk(places, &mut Visitor { simd, field, r, first, energy });
+        cells.walk(places, &mut Visitor { simd, law, field, r, first, energy });
     }
 }
 
 /// Adds up the energies of one place after another.
-struct Visitor<'a, S> {
+struct Visitor<'a, S, P, B> {
     simd: S,
+    law: (P, B),
     field: &'a Field,
     r: &'a Columns,
     first: usize,
     energy: &'a mut [[f64; 3]],
 }
 
-impl<S: Simd> Visit for Visitor<'_, S> {
+impl<S: Simd, P: Potential, B: Potential> Visit for Visitor<'_, S, P, B> {
     #[inline(always)]
     fn visit(&mut self, place: usize, runs: &[Range<usize>]) {
-        let mut row = Row::new(self.simd, self.field, self.r, place);
+        let mut row = Row::new(self.simd, self.law, self.field, self.r, place);
         for run in runs {
             row.add_run(run.clone());
         }
@@ -97,39 +140,33 @@ impl<S: Simd> Visit for Visitor<'_, S> {
     }
 }
 
-/// Energies of consecutive rows, with partners of larger number (or place) only.
-struct EnergyRows<'a> {
+/// Energies of consecutive rows.
+struct EnergyRows<'a, P, B> {
+    law: (P, B),
     field: &'a Field,
     r: &'a Columns,
+    n: usize,
     list: Option<&'a NeighborList>,
     first: usize,
     energy: &'a mut [[f64; 3]],
 }
 
-impl Kernel for EnergyRows<'_> {
+impl<P: Potential, B: Potential> Kernel for EnergyRows<'_, P, B> {
     type Output = ();
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Self { field, r, list, first, energy } = self;
+        let Self { law, field, r, n, list, first, energy } = self;
         for (k, energy) in energy.iter_mut().enumerate() {
             let i = first + k;
-            let mut row = Row::new(simd, field, r, i);
+            let mut row = Row::new(simd, law, field, r, i);
             match list {
-                None => row.add_run(i + 1..r.len()),
+                None => row.add_run(i + 1..n),
                 Some(list) => row.add_listed(list.row(i)),
             }
             *energy = row.energies();
         }
     }
-}
-
-/// Up to eight partners.
-trait Partners<S: Simd> {
-    /// How many.
-    fn count(&self) -> usize;
-    /// Their values in a column; anything beyond their number.
-    fn of(&self, simd: S, column: &[f64]) -> S::F;
 }
 
 /// Consecutive particles.
@@ -172,25 +209,27 @@ impl<S: Simd> Partners<S> for Listed<'_> {
     }
 }
 
-/// A particle and the energies of its pairs so far: near field, binding, absolute.
-struct Row<'a, S: Simd> {
+/// A particle and the energies of its pairs so far, near field and binding.
+struct Row<'a, S: Simd, P: Potential, B: Potential> {
     simd: S,
+    law: (P, B),
+    sums: (P::Sums<S>, B::Sums<S>),
     field: &'a Field,
     r: &'a Columns,
     i: usize,
-    lanes: [S::F; 3],
 }
 
-impl<'a, S: Simd> Row<'a, S> {
+impl<'a, S: Simd, P: Potential, B: Potential> Row<'a, S, P, B> {
     #[inline(always)]
-    fn new(simd: S, field: &'a Field, r: &'a Columns, i: usize) -> Self {
-        Self { simd, field, r, i, lanes: [simd.splat(0.0); 3] }
+    fn new(simd: S, law: (P, B), field: &'a Field, r: &'a Columns, i: usize) -> Self {
+        Self { simd, law, sums: (law.0.none(simd), law.1.none(simd)), field, r, i }
     }
 
     #[inline(always)]
     fn energies(&self) -> [f64; 3] {
-        let [near_field, binding, size] = self.lanes;
-        [near_field.sum(), binding.sum(), size.sum()]
+        let near = self.law.0.energy(self.simd, self.sums.0);
+        let bond = self.law.1.energy(self.simd, self.sums.1);
+        [near.energy, bond.energy, near.size + bond.size]
     }
 
     /// Adds the pairs with consecutive others.
@@ -234,91 +273,14 @@ impl<'a, S: Simd> Row<'a, S> {
         ];
         let d = separation(simd, periodic, periodic.any(), d);
         let mut square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
-        // Surplus lanes are infinitely far.
-        let inside = simd.load(&LANE).le(simd.splat(partners.count() as f64 - 1.0));
-        square = square.select(inside, simd.splat(f64::INFINITY));
+        if partners.count() < LANES {
+            // Surplus lanes are infinitely far.
+            let inside = simd.load(&LANE).le(simd.splat(partners.count() as f64 - 1.0));
+            square = square.select(inside, simd.splat(f64::INFINITY));
+        }
         let inverse = simd.splat(1.0) / square.sqrt();
-        let near_field = self.near_field(partners, square, inverse);
-        self.lanes[0] = self.lanes[0] + near_field;
-        self.lanes[2] = self.lanes[2] + magnitude(simd, near_field);
-        if let Some(binding) = &self.field.binding
-            && let Some(binding) = self.bound(binding, partners, square, inverse)
-        {
-            self.lanes[1] = self.lanes[1] + binding;
-            self.lanes[2] = self.lanes[2] + magnitude(simd, binding);
-        }
+        let pairs = Pairs { simd, own: i, partners, square, inverse };
+        self.law.0.add(&pairs, &mut self.sums.0);
+        self.law.1.add(&pairs, &mut self.sums.1);
     }
-
-    /// Products of a column's values.
-    #[inline(always)]
-    fn product(&self, partners: &impl Partners<S>, column: &[f64]) -> S::F {
-        partners.of(self.simd, column) * self.simd.splat(column[self.i])
-    }
-
-    /// Near-field potentials (2) with cut-off and switch [J].
-    #[inline(always)]
-    fn near_field(&self, partners: &impl Partners<S>, square: S::F, inverse: S::F) -> S::F {
-        let simd = self.simd;
-        let mut energy = simd.splat(0.0);
-        for group in &self.field.groups {
-            energy = energy + self.group(group, partners, square, inverse);
-        }
-        if let Some(switch) = self.field.switch {
-            energy = energy * switch.lanes(simd, square * inverse).0;
-        }
-        energy.keep(square.le(simd.splat(square_of(self.field.cutoff))))
-    }
-
-    /// Potentials of terms that share a weight [J].
-    #[inline(always)]
-    fn group(&self, group: &Group, partners: &impl Partners<S>, square: S::F, inverse: S::F) -> S::F {
-        let simd = self.simd;
-        let mut energy = simd.splat(0.0);
-        for term in &group.terms {
-            let potential = potential(simd, &term.power, square, inverse);
-            energy = energy + simd.splat(term.strength) * (potential - simd.splat(term.shift));
-        }
-        match &group.weight {
-            Some(weight) => energy * self.product(partners, weight),
-            None => energy,
-        }
-    }
-
-    /// Binding potentials (13) of bonded pairs [J]; `None` where no pair is.
-    #[inline(always)]
-    fn bound(&self, term: &BindingTerm, partners: &impl Partners<S>, square: S::F, inverse: S::F) -> Option<S::F> {
-        let simd = self.simd;
-        let sum = match &term.radius {
-            Some(radius) => partners.of(simd, radius) + simd.splat(radius[self.i]),
-            None => simd.splat(term.largest + term.largest),
-        };
-        let reach = simd.splat(term.range) * sum;
-        let reach_square = reach * reach;
-        let bonded = square.le(reach_square);
-        if !S::F::any(bonded) {
-            return None;
-        }
-        // The same potential at the activation distance, which may differ from pair to pair.
-        let shift = potential(simd, &term.power, reach_square, simd.splat(1.0) / reach_square.sqrt());
-        let mut energy = simd.splat(term.strength) * (potential(simd, &term.power, square, inverse) - shift);
-        if let Some(weight) = &term.weight {
-            energy = energy * self.product(partners, weight);
-        }
-        Some(energy.keep(bonded))
-    }
-}
-
-/// Without the sign.
-#[inline(always)]
-fn magnitude<S: Simd>(simd: S, x: S::F) -> S::F {
-    x.and_bits(simd.bits(!(1 << 63)))
-}
-
-/// P(beta) from s^2 and 1/s.
-#[inline(always)]
-fn potential<S: Simd>(simd: S, power: &Power, square: S::F, inverse: S::F) -> S::F {
-    let logarithm = if power.potential_needs_logarithm() { crate::lanes::ln(simd, square) } else { inverse };
-    // A logarithm does not need the power.
-    let of_power = if power.exponent == 1.0 { inverse } else { power.lanes(simd, logarithm, inverse) };
-    power.potential_lanes(simd, square, logarithm, inverse, of_power)
 }

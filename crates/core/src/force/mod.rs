@@ -11,6 +11,7 @@ mod energies;
 mod external;
 mod listed;
 mod near_field;
+mod potential;
 mod power;
 #[cfg(test)]
 mod tests;

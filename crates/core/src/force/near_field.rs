@@ -318,7 +318,7 @@ impl Field {
     }
 
     /// As [`Field::energies`], from the positions alone: whatever states came before, the same to the last bit. Also the
-    /// sum of the absolute energies of all pairs, against which round-off is to be judged [J].
+    /// sum of the absolute energies of all pairs or less, against which round-off is to be judged [J].
     #[must_use]
     pub fn energies_afresh(&self, r: &Columns) -> [f64; 3] {
         super::energies::energies_by_cells(self, r)
