@@ -181,23 +181,27 @@ impl Test<'_> {
     #[inline(always)]
     fn run<const PERIODIC: bool>(&self, i: usize, run: Range<usize>, mut keep: impl FnMut(usize, usize, f64)) {
         let mut from = run.start;
-        while from + GROUP <= run.end {
-            let Some((squares, reaches)) = self.group::<PERIODIC>(i, from) else { break };
-            let mut any = false;
-            for k in 0..GROUP {
-                any |= squares[k] <= reaches[k];
-            }
-            if any {
-                for k in 0..GROUP {
-                    if squares[k] <= reaches[k] {
-                        keep(i, from + k, squares[k]);
+        while from < run.end {
+            // The last group begins earlier rather than leave particles over.
+            let first = from.min(self.radius.len().saturating_sub(GROUP));
+            let end = run.end.min(first + GROUP);
+            match self.group::<PERIODIC>(i, first) {
+                Some((squares, reaches)) => {
+                    let mut any = false;
+                    for k in 0..GROUP {
+                        any |= squares[k] <= reaches[k];
+                    }
+                    if any {
+                        for k in from - first..end - first {
+                            if squares[k] <= reaches[k] {
+                                keep(i, first + k, squares[k]);
+                            }
+                        }
                     }
                 }
+                None => (from..end).for_each(|j| self.pair::<PERIODIC>(i, j, &mut keep)),
             }
-            from += GROUP;
-        }
-        for j in from..run.end {
-            self.pair::<PERIODIC>(i, j, &mut keep);
+            from = end;
         }
     }
 

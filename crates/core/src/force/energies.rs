@@ -11,8 +11,10 @@ use crate::state::Columns;
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Places per task.
-const TASK: usize = 256;
+/// Places whose energies are summed together.
+const SHARE: usize = 16;
+/// Shares per task.
+const TASK: usize = 16;
 /// Places from which tasks are worth their overhead.
 const PARALLEL_FROM: usize = 1024;
 /// Numbers of the lanes.
@@ -52,16 +54,19 @@ fn padded(mut r: Columns) -> Columns {
     r
 }
 
-/// Sums of what `fill` puts into the rows from a first one on, a task at a time.
-fn rows(n: usize, fill: impl Fn(usize, &mut [[f64; 3]]) + Sync) -> [f64; 3] {
-    let mut each = vec![[0.0; 3]; n];
-    let task = |(task, each): (usize, &mut [[f64; 3]])| fill(task * TASK, each);
+/// Sums of what `fill` makes of the places in every share of so many, a task at a time.
+fn sums(n: usize, fill: impl Fn(Range<usize>, &mut [[f64; 3]]) + Sync) -> [f64; 3] {
+    let mut shares = vec![[0.0; 3]; n.div_ceil(SHARE)];
+    let task = |(task, shares): (usize, &mut [[f64; 3]])| {
+        let first = task * TASK * SHARE;
+        fill(first..n.min(first + TASK * SHARE), shares);
+    };
     if n < PARALLEL_FROM {
-        each.chunks_mut(TASK).enumerate().for_each(task);
+        shares.chunks_mut(TASK).enumerate().for_each(task);
     } else {
-        each.par_chunks_mut(TASK).enumerate().for_each(task);
+        shares.par_chunks_mut(TASK).enumerate().for_each(task);
     }
-    std::array::from_fn(|k| each.iter().map(|energies| energies[k]).collect::<Sum>().value())
+    std::array::from_fn(|k| shares.iter().map(|energies| energies[k]).collect::<Sum>().value())
 }
 
 /// All particles, with partners of larger number (or place) only.
@@ -77,7 +82,7 @@ impl PotentialJob for Rows<'_> {
 
     fn run<P: Potential, B: Potential>(self, near: P, bond: B) -> [f64; 3] {
         let Self { field, r, n, list } = self;
-        rows(n, |first, energy| dispatch(EnergyRows { law: (near, bond), field, r, n, list, first, energy }))
+        sums(n, |places, shares| dispatch(EnergyRows { law: (near, bond), field, r, n, list, places, shares }))
     }
 }
 
@@ -94,7 +99,7 @@ impl PotentialJob for InCells<'_> {
 
     fn run<P: Potential, B: Potential>(self, near: P, bond: B) -> [f64; 3] {
         let Self { field, r, n, cells } = self;
-        rows(n, |first, energy| dispatch(EnergyCells { law: (near, bond), field, r, cells, first, energy }))
+        sums(n, |places, shares| dispatch(EnergyCells { law: (near, bond), field, r, cells, places, shares }))
     }
 }
 
@@ -104,8 +109,8 @@ struct EnergyCells<'a, P, B> {
     field: &'a Field,
     r: &'a Columns,
     cells: &'a Cells,
-    first: usize,
-    energy: &'a mut [[f64; 3]],
+    places: Range<usize>,
+    shares: &'a mut [[f64; 3]],
 }
 
 impl<P: Potential, B: Potential> Kernel for EnergyCells<'_, P, B> {
@@ -113,30 +118,27 @@ impl<P: Potential, B: Potential> Kernel for EnergyCells<'_, P, B> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Self { law, field, r, cells, first, energy } = self;
-        let places = first..first + energy.len();
-        cells.walk(places, &mut Visitor { simd, law, field, r, first, energy });
+        let Self { law, field, r, cells, places, shares } = self;
+        let mut first = places.start;
+        for share in shares {
+            let end = places.end.min(first + SHARE);
+            let mut visitor = Visitor(PairSums::new(simd, law, field, r));
+            cells.walk(first..end, &mut visitor);
+            *share = visitor.0.energies();
+            first = end;
+        }
     }
 }
 
 /// Adds up the energies of one place after another.
-struct Visitor<'a, S, P, B> {
-    simd: S,
-    law: (P, B),
-    field: &'a Field,
-    r: &'a Columns,
-    first: usize,
-    energy: &'a mut [[f64; 3]],
-}
+struct Visitor<'a, S: Simd, P: Potential, B: Potential>(PairSums<'a, S, P, B>);
 
 impl<S: Simd, P: Potential, B: Potential> Visit for Visitor<'_, S, P, B> {
     #[inline(always)]
     fn visit(&mut self, place: usize, runs: &[Range<usize>]) {
-        let mut row = Row::new(self.simd, self.law, self.field, self.r, place);
         for run in runs {
-            row.add_run(run.clone());
+            self.0.add_run(place, run.clone());
         }
-        self.energy[place - self.first] = row.energies();
     }
 }
 
@@ -147,8 +149,8 @@ struct EnergyRows<'a, P, B> {
     r: &'a Columns,
     n: usize,
     list: Option<&'a NeighborList>,
-    first: usize,
-    energy: &'a mut [[f64; 3]],
+    places: Range<usize>,
+    shares: &'a mut [[f64; 3]],
 }
 
 impl<P: Potential, B: Potential> Kernel for EnergyRows<'_, P, B> {
@@ -156,15 +158,19 @@ impl<P: Potential, B: Potential> Kernel for EnergyRows<'_, P, B> {
 
     #[inline(always)]
     fn run<S: Simd>(self, simd: S) {
-        let Self { law, field, r, n, list, first, energy } = self;
-        for (k, energy) in energy.iter_mut().enumerate() {
-            let i = first + k;
-            let mut row = Row::new(simd, law, field, r, i);
-            match list {
-                None => row.add_run(i + 1..n),
-                Some(list) => row.add_listed(list.row(i)),
+        let Self { law, field, r, n, list, places, shares } = self;
+        let mut first = places.start;
+        for share in shares {
+            let end = places.end.min(first + SHARE);
+            let mut sums = PairSums::new(simd, law, field, r);
+            for i in first..end {
+                match list {
+                    None => sums.add_run(i, i + 1..n),
+                    Some(list) => sums.add_listed(i, list.row(i)),
+                }
             }
-            *energy = row.energies();
+            *share = sums.energies();
+            first = end;
         }
     }
 }
@@ -209,20 +215,19 @@ impl<S: Simd> Partners<S> for Listed<'_> {
     }
 }
 
-/// A particle and the energies of its pairs so far, near field and binding.
-struct Row<'a, S: Simd, P: Potential, B: Potential> {
+/// Energies of pairs, near field and binding.
+struct PairSums<'a, S: Simd, P: Potential, B: Potential> {
     simd: S,
     law: (P, B),
     sums: (P::Sums<S>, B::Sums<S>),
     field: &'a Field,
     r: &'a Columns,
-    i: usize,
 }
 
-impl<'a, S: Simd, P: Potential, B: Potential> Row<'a, S, P, B> {
+impl<'a, S: Simd, P: Potential, B: Potential> PairSums<'a, S, P, B> {
     #[inline(always)]
-    fn new(simd: S, law: (P, B), field: &'a Field, r: &'a Columns, i: usize) -> Self {
-        Self { simd, law, sums: (law.0.none(simd), law.1.none(simd)), field, r, i }
+    fn new(simd: S, law: (P, B), field: &'a Field, r: &'a Columns) -> Self {
+        Self { simd, law, sums: (law.0.none(simd), law.1.none(simd)), field, r }
     }
 
     #[inline(always)]
@@ -232,40 +237,40 @@ impl<'a, S: Simd, P: Potential, B: Potential> Row<'a, S, P, B> {
         [near.energy, bond.energy, near.size + bond.size]
     }
 
-    /// Adds the pairs with consecutive others.
+    /// Adds the pairs of i with consecutive others.
     #[inline(always)]
-    fn add_run(&mut self, run: Range<usize>) {
+    fn add_run(&mut self, i: usize, run: Range<usize>) {
         let mut first = run.start;
         while first < run.end {
             let count = LANES.min(run.end - first);
-            self.add(&Consecutive { first, count });
+            self.add(i, &Consecutive { first, count });
             first += count;
         }
     }
 
-    /// Adds the pairs with listed others behind the particle itself.
+    /// Adds the pairs of i with listed others behind it.
     #[inline(always)]
-    fn add_listed(&mut self, others: &[u32]) {
-        let (mut particles, mut count) = ([self.i as u32; LANES], 0);
+    fn add_listed(&mut self, i: usize, others: &[u32]) {
+        let (mut particles, mut count) = ([i as u32; LANES], 0);
         for &j in others {
             particles[count] = j;
-            count += usize::from(j as usize > self.i);
+            count += usize::from(j as usize > i);
             if count == LANES {
-                self.add(&Listed { particles: &particles, count });
+                self.add(i, &Listed { particles: &particles, count });
                 count = 0;
             }
         }
         if count > 0 {
-            self.add(&Listed { particles: &particles, count });
+            self.add(i, &Listed { particles: &particles, count });
         }
     }
 
-    /// Adds the pairs with up to eight partners.
+    /// Adds the pairs of i with up to eight partners.
     #[inline(always)]
-    fn add(&mut self, partners: &impl Partners<S>) {
+    fn add(&mut self, i: usize, partners: &impl Partners<S>) {
         let simd = self.simd;
         let periodic = &self.field.periodic;
-        let (Columns { x, y, z }, i) = (self.r, self.i);
+        let Columns { x, y, z } = self.r;
         let d = [
             partners.of(simd, x) - simd.splat(x[i]),
             partners.of(simd, y) - simd.splat(y[i]),

@@ -1,4 +1,4 @@
-//! Reading ahead: a thread reads and decompresses while all others decode and recompute, batch by batch.
+//! A pipeline: one thread reads and decompresses, all decode and recompute, one adds up, each a batch ahead of the next.
 //!
 //! What comes out is in the log's order, and depends neither on the number of threads nor on how the log is cut into
 //! batches: every state is recomputed by itself.
@@ -50,11 +50,14 @@ pub fn run<R: Read + Seek + Send>(
     mut take: impl FnMut(Outcome) -> Result<(), Failed>,
 ) -> Result<u64, Failed> {
     std::thread::scope(|scope| {
-        // A rendezvous: while one batch is worked on the next is read, and no more than that is held.
+        // Rendezvous: while one batch is worked on the next is read, and no more than that is held.
+        let (read_sender, read_receiver) = sync_channel(0);
         let (sender, receiver) = sync_channel(0);
-        let reader = scope.spawn(move || read(log, every, &sender));
-        let result = receive(&receiver, basis, &mut take);
-        // The reader stops when nobody listens.
+        let reader = scope.spawn(move || read(log, every, &read_sender));
+        scope.spawn(move || recompute(&read_receiver, basis, &sender));
+        let mut outcomes = receiver.iter().flatten().flatten();
+        let result = outcomes.try_for_each(&mut take);
+        // The others stop when nobody listens.
         drop(receiver);
         let states = reader.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
         result.map(|()| states)
@@ -92,16 +95,12 @@ fn read<R: Read + Seek>(log: &mut Log<R>, every: u64, sender: &SyncSender<Vec<Pi
     states
 }
 
-fn receive(
-    receiver: &Receiver<Vec<Piece>>,
-    basis: &Basis,
-    take: &mut impl FnMut(Outcome) -> Result<(), Failed>,
-) -> Result<(), Failed> {
+fn recompute(receiver: &Receiver<Vec<Piece>>, basis: &Basis, sender: &SyncSender<Vec<Option<Outcome>>>) {
     for batch in receiver {
-        let outcomes: Vec<Option<Outcome>> = batch.into_par_iter().map(|piece| outcome(piece, basis)).collect();
-        outcomes.into_iter().flatten().try_for_each(&mut *take)?;
+        if sender.send(batch.into_par_iter().map(|piece| outcome(piece, basis)).collect()).is_err() {
+            return;
+        }
     }
-    Ok(())
 }
 
 /// Decodes a message, and recomputes what a state says; `None` of what is not asked for.

@@ -13,6 +13,8 @@ use super::clusters::{Close, Clusters};
 pub const DOUBLE: f64 = 1e-12;
 /// The same where states are recorded in single precision [-].
 pub const SINGLE: f64 = 1e-6;
+/// Particles below which one thread recomputes a state.
+const ALONE: usize = 1024;
 /// Largest relative error of a number rounded to single precision [-].
 const SINGLE_ROUNDING: f64 = 5.960_464_477_539_063e-8;
 
@@ -104,10 +106,11 @@ impl Basis {
         let state = State { position, velocity, temperature };
         let relative = if self.single { SINGLE } else { DOUBLE };
         let close = Close { particles: &self.particles, model: &self.model, position: &state.position };
-        let ((energies, tolerances), clusters) = rayon::join(
-            || self.held(&state, relative),
-            || close.clusters(cluster.as_deref(), self.single.then_some(SINGLE_ROUNDING)),
-        );
+        let held = || self.held(&state, relative);
+        let clusters = || close.clusters(cluster.as_deref(), self.single.then_some(SINGLE_ROUNDING));
+        // Small states come many at a time.
+        let ((energies, tolerances), clusters) =
+            if n < ALONE { (held(), clusters()) } else { rayon::join(held, clusters) };
         let (linear, angular) = momentum(&self.particles, &state);
         let sizes = self.momentum_sizes(&state);
         let temperatures = state.temperature.unwrap_or_default();
