@@ -11,7 +11,7 @@ agglo=$root/target/release/agglo yardstick=$root/target/release/examples/decompr
 mkdir -p "$folder"
 cd "$folder"
 # A gas of 1000 without fields, and the clustering cloud with all of its effects.
-[ -e gas.mcap ] || "$agglo" run "$root/scenes/free-cooling-gas.json" -q --set 'record={"every_steps":1}' --set duration=180 -o gas.mcap
+[ -e gas.mcap ] || "$agglo" run "$root/scenes/free-cooling-gas.json" -q --set 'record={"every_steps":1}' --set duration=2400 -o gas.mcap
 [ -e cloud.mcap ] || "$agglo" run "$root/scenes/clustering.json" -q --set duration=1600 -o cloud.mcap
 # Elapsed and processor time, and the most memory.
 timed() { /usr/bin/time -f '%e s, %U + %S s of processors, %M KiB' "$@" 2>&1 >/dev/null | tail -n 1; }

@@ -5,6 +5,7 @@
 
 use agglo_core::Scene;
 use agglo_core::assembly::Model;
+use agglo_core::contact::search::visit_close;
 use agglo_core::placement::place;
 use agglo_core::state::Columns;
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
@@ -56,5 +57,21 @@ fn lists(criterion: &mut Criterion) {
     group.finish();
 }
 
-criterion_group!(benches, forces, lists);
+/// Every pair of a crowded cloud in one cell looked at, as for the clusters of a state.
+fn close_pairs(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("close pairs");
+    let n = 100;
+    let (model, r) = cloud(n, (1.0, 2.0), "1.5");
+    group.throughput(Throughput::Elements((n * (n - 1) / 2) as u64));
+    group.bench_function(BenchmarkId::new("one cell", n), |bencher| {
+        bencher.iter(|| {
+            let mut sum = 0_u32;
+            visit_close(&r, &[0.25; 100], &model.domain.periodic, 2.0, |pair| sum += pair.i ^ pair.j);
+            sum
+        });
+    });
+    group.finish();
+}
+
+criterion_group!(benches, forces, lists, close_pairs);
 criterion_main!(benches);

@@ -1,6 +1,8 @@
 //! The domain: periodic directions with minimum image, and plane walls (no near field, no binding).
 
+use crate::lanes;
 use crate::scene;
+use crate::simd::Simd;
 use crate::state::Columns;
 use nalgebra::Vector3;
 
@@ -25,6 +27,12 @@ impl Periodic {
     #[must_use]
     pub fn minimum_image(&self, axis: usize, d: f64) -> f64 {
         d - self.length[axis] * crate::math::round(d * self.inverse[axis])
+    }
+
+    /// The same of eight separations.
+    #[inline(always)]
+    pub fn minimum_images<S: Simd>(&self, simd: S, axis: usize, d: S::F) -> S::F {
+        d - simd.splat(self.length[axis]) * lanes::round(simd, d * simd.splat(self.inverse[axis]))
     }
 
     /// r_j - r_i, minimum image [m].

@@ -5,14 +5,12 @@ use crate::contact::Touch;
 use crate::domain::{Domain, Periodic};
 use crate::impact::Partner;
 use crate::neighbor::Neighbors;
-use crate::simd::{Task, vectorized};
+use crate::simd::{Kernel, LANES, Lanes, Simd, dispatch};
 use crate::state::{Columns, Particles};
 use std::ops::Range;
 
 /// Surfaces closer than this share of the smaller diameter touch [-].
 pub const TOUCHING: f64 = 1e-9;
-/// Partners tested together before a look at which of them are close.
-const GROUP: usize = 16;
 
 /// A close pair, i < j.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,7 +46,7 @@ impl Search {
         self.pairs.clear();
         let (neighbors, pairs) = (&self.neighbors, &mut self.pairs);
         let test = Test { r, radius: &particles.radius, periodic: &domain.periodic, factor };
-        vectorized(Scan { neighbors, test, pairs });
+        dispatch(Scan { neighbors, test, pairs });
         &self.pairs
     }
 
@@ -75,11 +73,11 @@ pub fn visit_close(r: &Columns, radius: &[f64], periodic: &Periodic, factor: f64
     let cells = Cells::new(r, 2.0 * largest * factor * (1.0 + TOUCHING), periodic);
     if cells.is_one() {
         let test = Test { r, radius, periodic, factor };
-        return vectorized(Walk { cells: &cells, test, visit });
+        return dispatch(Walk { cells: &cells, test, visit });
     }
     let (r, radius) = (cells.sorted_vectors(r), cells.sorted(radius));
     let test = Test { r: &r, radius: &radius, periodic, factor };
-    vectorized(Walk { cells: &cells, test, visit });
+    dispatch(Walk { cells: &cells, test, visit });
 }
 
 /// Looks at every pair that cells bring together once.
@@ -90,37 +88,38 @@ struct Walk<'a, V> {
     visit: V,
 }
 
-impl<V: FnMut(ClosePair)> Task for Walk<'_, V> {
+impl<V: FnMut(ClosePair)> Kernel for Walk<'_, V> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
-        if self.test.periodic.any() { self.all::<true>() } else { self.all::<false>() }
+    fn run<S: Simd>(self, simd: S) {
+        if self.test.periodic.any() { self.all::<S, true>(simd) } else { self.all::<S, false>(simd) }
     }
 }
 
 impl<V: FnMut(ClosePair)> Walk<'_, V> {
     #[inline(always)]
-    fn all<const PERIODIC: bool>(self) {
+    fn all<S: Simd, const PERIODIC: bool>(self, simd: S) {
         let Self { cells, test, visit } = self;
         let n = cells.order().len();
-        cells.walk(0..n, &mut Visitor::<V, PERIODIC> { test, order: cells.order(), visit });
+        cells.walk(0..n, &mut Visitor::<S, V, PERIODIC> { simd, test, order: cells.order(), visit });
     }
 }
 
 /// Tests the pairs of one place after another.
-struct Visitor<'a, V, const PERIODIC: bool> {
+struct Visitor<'a, S, V, const PERIODIC: bool> {
+    simd: S,
     test: Test<'a>,
     order: &'a [u32],
     visit: V,
 }
 
-impl<V: FnMut(ClosePair), const PERIODIC: bool> Visit for Visitor<'_, V, PERIODIC> {
+impl<S: Simd, V: FnMut(ClosePair), const PERIODIC: bool> Visit for Visitor<'_, S, V, PERIODIC> {
     #[inline(always)]
     fn visit(&mut self, place: usize, runs: &[Range<usize>]) {
-        let Self { test, order, visit } = self;
+        let Self { simd, test, order, visit } = self;
         for run in runs {
-            test.run::<PERIODIC>(place, run.clone(), |i, j, square| {
+            test.run::<S, PERIODIC>(*simd, place, run.clone(), |i, j, square| {
                 let (i, j) = (order[i], order[j]);
                 visit(ClosePair { i: i.min(j), j: i.max(j), square });
             });
@@ -135,23 +134,23 @@ struct Scan<'a> {
     pairs: &'a mut Vec<ClosePair>,
 }
 
-impl Task for Scan<'_> {
+impl Kernel for Scan<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn run(self) {
-        if self.test.periodic.any() { self.all::<true>() } else { self.all::<false>() }
+    fn run<S: Simd>(self, simd: S) {
+        if self.test.periodic.any() { self.all::<S, true>(simd) } else { self.all::<S, false>(simd) }
     }
 }
 
 impl Scan<'_> {
     #[inline(always)]
-    fn all<const PERIODIC: bool>(self) {
+    fn all<S: Simd, const PERIODIC: bool>(self, simd: S) {
         let Self { neighbors, test, pairs } = self;
         let mut keep = |i: usize, j: usize, square| pairs.push(ClosePair { i: i as u32, j: j as u32, square });
         let n = test.radius.len();
         match neighbors {
-            Neighbors::All => (0..n).for_each(|i| test.run::<PERIODIC>(i, i + 1..n, &mut keep)),
+            Neighbors::All => (0..n).for_each(|i| test.run::<S, PERIODIC>(simd, i, i + 1..n, &mut keep)),
             Neighbors::List(list) => {
                 let order = list.order();
                 for (place, &i) in order.iter().enumerate() {
@@ -179,23 +178,27 @@ struct Test<'a> {
 impl Test<'_> {
     /// Calls `keep` for those of consecutive particles that are close to i.
     #[inline(always)]
-    fn run<const PERIODIC: bool>(&self, i: usize, run: Range<usize>, mut keep: impl FnMut(usize, usize, f64)) {
+    fn run<S: Simd, const PERIODIC: bool>(
+        &self,
+        simd: S,
+        i: usize,
+        run: Range<usize>,
+        mut keep: impl FnMut(usize, usize, f64),
+    ) {
         let mut from = run.start;
         while from < run.end {
-            // The last group begins earlier rather than leave particles over.
-            let first = from.min(self.radius.len().saturating_sub(GROUP));
-            let end = run.end.min(first + GROUP);
-            match self.group::<PERIODIC>(i, first) {
-                Some((squares, reaches)) => {
-                    let mut any = false;
-                    for k in 0..GROUP {
-                        any |= squares[k] <= reaches[k];
-                    }
-                    if any {
-                        for k in from - first..end - first {
-                            if squares[k] <= reaches[k] {
-                                keep(i, first + k, squares[k]);
-                            }
+            // The last eight begin earlier rather than leave particles over.
+            let first = from.min(self.radius.len().saturating_sub(LANES));
+            let end = run.end.min(first + LANES);
+            match self.eight::<S, PERIODIC>(simd, i, first) {
+                Some((squares, close)) => {
+                    let mut close = close & ((1 << (end - first)) - (1 << (from - first)));
+                    if close != 0 {
+                        let squares = squares.to_array();
+                        while close != 0 {
+                            let k = close.trailing_zeros() as usize;
+                            keep(i, first + k, squares[k % LANES]);
+                            close &= close - 1;
                         }
                     }
                 }
@@ -213,29 +216,19 @@ impl Test<'_> {
         }
     }
 
-    /// Squares of distances and of reaches from i to a whole group.
+    /// Squares of the distances from i to eight consecutive particles, and a bit for each that is close.
     #[inline(always)]
-    fn group<const PERIODIC: bool>(&self, i: usize, from: usize) -> Option<([f64; GROUP], [f64; GROUP])> {
-        let [x, y, z] = self.r.axes();
-        let (xs, ys, zs) =
-            (x.get(from..)?.first_chunk()?, y.get(from..)?.first_chunk()?, z.get(from..)?.first_chunk()?);
-        let radii: &[f64; GROUP] = self.radius.get(from..)?.first_chunk()?;
-        let own = [x[i], y[i], z[i], self.radius[i]];
-        let difference = |axis: usize, other: f64| {
-            let d = other - own[axis];
-            if PERIODIC { self.periodic.minimum_image(axis, d) } else { d }
-        };
-        let (mut squares, mut reaches) = ([0.0; GROUP], [0.0; GROUP]);
-        let (xs, ys, zs): (&[f64; GROUP], &[f64; GROUP], &[f64; GROUP]) = (xs, ys, zs);
-        for k in 0..GROUP {
-            let (dx, dy, dz) = (difference(0, xs[k]), difference(1, ys[k]), difference(2, zs[k]));
-            squares[k] = dx * dx + dy * dy + dz * dz;
+    fn eight<S: Simd, const PERIODIC: bool>(&self, simd: S, i: usize, first: usize) -> Option<(S::F, u32)> {
+        let mut square = simd.splat(0.0);
+        for axis in 0..3 {
+            let column = self.r.axes()[axis];
+            let d = simd.load(column.get(first..)?.first_chunk()?) - simd.splat(column[i]);
+            let d = if PERIODIC { self.periodic.minimum_images(simd, axis, d) } else { d };
+            square = square + d * d;
         }
-        for k in 0..GROUP {
-            let reach = self.factor * (own[3] + radii[k]);
-            reaches[k] = reach * reach;
-        }
-        Some((squares, reaches))
+        let radius = simd.load(self.radius.get(first..)?.first_chunk()?);
+        let reach = simd.splat(self.factor) * (simd.splat(self.radius[i]) + radius);
+        Some((square, S::F::bitmask(square.le(reach * reach))))
     }
 
     #[inline(always)]

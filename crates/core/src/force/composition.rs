@@ -7,7 +7,7 @@
 use super::near_field::{BindingTerm, Field, Group, Switch};
 use super::power::Power;
 use crate::domain::Periodic;
-use crate::lanes::{ln, round};
+use crate::lanes::ln;
 use crate::simd::{Lanes, Simd};
 
 /// The eight partners of a block.
@@ -291,8 +291,7 @@ pub(super) fn separation<S: Simd>(simd: S, periodic: &Periodic, any: bool, d: [S
     }
     let mut nearest = d;
     for axis in 0..3 {
-        let images = round(simd, d[axis] * simd.splat(periodic.inverse[axis]));
-        nearest[axis] = d[axis] - simd.splat(periodic.length[axis]) * images;
+        nearest[axis] = periodic.minimum_images(simd, axis, d[axis]);
     }
     nearest
 }
