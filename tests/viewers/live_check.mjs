@@ -1,9 +1,10 @@
 // Watches a run with Foxglove's own client library, and prints what comes.
 //
 // usage: npm install @foxglove/ws-protocol ws; node live_check.mjs ws://127.0.0.1:8765 [STATES]
-import { FoxgloveClient } from "@foxglove/ws-protocol";
+import protocol from "@foxglove/ws-protocol";
 import { WebSocket } from "ws";
 
+const { FoxgloveClient } = protocol;
 const [url, wanted = "100"] = process.argv.slice(2);
 const client = new FoxgloveClient({ ws: new WebSocket(url, ["foxglove.sdk.v1"]) });
 const topics = new Map();
