@@ -9,6 +9,7 @@ mod all_pairs;
 mod composition;
 mod energies;
 mod external;
+mod far;
 mod listed;
 mod near_field;
 mod potential;

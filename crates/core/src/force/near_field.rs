@@ -6,6 +6,7 @@
 
 use super::all_pairs::AllPairs;
 use super::composition::{Composition, Ordered};
+use super::far::Far;
 use super::listed::Listed;
 use super::power::Power;
 use crate::assembly::locates;
@@ -139,6 +140,7 @@ pub struct Field {
 enum Work {
     AllPairs(AllPairs),
     Listed(Listed),
+    Far(Box<Far>),
 }
 
 /// A column, or the number that all its values are.
@@ -208,6 +210,14 @@ impl Field {
         let (neighbors, work) = (Neighbors::All, Work::Listed(Listed::default()));
         let mut field =
             Self { groups, cutoff, switch, binding, periodic: *periodic, neighbors, located, composition, work };
+        let accuracy = scene.near_field.as_ref().and_then(|near| near.accuracy).filter(|_| field.cutoff == f64::MAX);
+        if let Some(far) = accuracy.and_then(|accuracy| Far::new(&field, start, accuracy)) {
+            // Lists are for bonds that form and break; forces have the tree.
+            let reach = field.binding.as_ref().map(BindingTerm::largest_reach);
+            field.neighbors = reach.map_or(Neighbors::All, |reach| Neighbors::choose(reach, start, periodic));
+            field.work = Work::Far(Box::new(far));
+            return Some(field);
+        }
         field.neighbors = Neighbors::choose(field.reach(), start, periodic);
         if let Neighbors::All = field.neighbors {
             let (groups, binding) = (&field.groups, field.binding.as_ref());
@@ -292,14 +302,16 @@ impl Field {
         self.neighbors.update(r, &self.periodic);
         // Taken out, so that the loop may look at the field while it writes to its space.
         let mut work = std::mem::replace(&mut self.work, Work::Listed(Listed::default()));
+        let mut met = None;
         match (&mut work, &self.neighbors) {
+            (Work::Far(work), _) => met = Some(work.forces(self, r, force)),
             (Work::AllPairs(work), _) => work.forces(self, r, force),
             (Work::Listed(work), Neighbors::List(list)) => work.forces(self, list, r, force),
             // Only a field that `sorted` made; it serves energies.
             (Work::Listed(_), Neighbors::All) => {}
         }
         self.work = work;
-        self.neighbors.pairs(r.len())
+        met.unwrap_or_else(|| self.neighbors.pairs(r.len()))
     }
 
     /// Near-field and binding potential energy at positions r, length n [m], in joules.
@@ -307,7 +319,9 @@ impl Field {
     /// Leaves the lists alone: taking a sample must not change the run.
     #[must_use]
     pub fn energies(&self, r: &Columns) -> (f64, f64) {
-        let [near_field, binding, _] = if self.neighbors.valid(r, &self.periodic) {
+        let [near_field, binding, _] = if let Work::Far(far) = &self.work {
+            far.energies(self, r)
+        } else if self.neighbors.valid(r, &self.periodic) {
             super::energies::energies(self, &self.neighbors, r)
         } else {
             let mut neighbors = self.neighbors.clone();
@@ -321,7 +335,19 @@ impl Field {
     /// sum of the absolute energies of all pairs or less, against which round-off is to be judged [J].
     #[must_use]
     pub fn energies_afresh(&self, r: &Columns) -> [f64; 3] {
-        super::energies::energies_by_cells(self, r)
+        match &self.work {
+            Work::Far(far) => far.energies(self, r),
+            _ => super::energies::energies_by_cells(self, r),
+        }
+    }
+
+    /// Order of the expansions by which distant particles meet; `None` where all meet as pairs.
+    #[must_use]
+    pub fn far_order(&self) -> Option<usize> {
+        match &self.work {
+            Work::Far(far) => Some(far.order()),
+            _ => None,
+        }
     }
 
     /// Builds the lists as they were at these positions (of a checkpoint) [m].

@@ -42,10 +42,10 @@ fn check_near_field(field: &NearField, problems: &mut Vec<Problem>) {
                 .hint("add one of them, or leave \"near_field\" out"),
         );
     }
-    if field.accuracy.is_some() {
+    if field.accuracy.is_some() && field.cutoff != Cutoff::default() {
         problems.push(
-            Problem::new("/near_field/accuracy", "long-range methods are not available in this version")
-                .hint("leave \"accuracy\" out: all pairs are summed exactly"),
+            Problem::new("/near_field/accuracy", "a long-range method is for a near field without a cut-off")
+                .hint("leave \"accuracy\" out: pairs inside the cut-off are summed exactly"),
         );
     }
     let inflection = field.cutoff == Cutoff::Named(NamedCutoff::Inflection);

@@ -1,0 +1,282 @@
+//! The near field without a cut-off, by a fast multipole method: pairs of distant cells meet by Cartesian expansions.
+//!
+//! A tree is built afresh from every set of positions. Moments go up from leaves to the root; each cell meets others that
+//! are small for their distance, and what that makes of its local expansion goes down to its particles; neighbouring
+//! leaves meet pair by pair, with the same kernels as everywhere. The order of the expansions is the least that keeps a
+//! sample of the forces at the start within the error that the scene allows. Results depend on positions alone, never
+//! on threads or instruction sets.
+
+mod expansion;
+mod leaves;
+mod sweep;
+#[cfg(test)]
+mod tests;
+mod tree;
+mod walk;
+
+use super::composition::{Bond, Job, Law, Ordered, compose};
+use super::near_field::{BindingTerm, Field};
+use super::potential::{self, Potential, PotentialJob};
+use crate::math::Sum;
+use crate::simd::dispatch;
+use crate::state::Columns;
+use expansion::Degrees;
+use leaves::{Energies, Forces};
+use rayon::prelude::*;
+use std::ops::Range;
+use sweep::{Moments, Sweep};
+use tree::Tree;
+use walk::{Meeting, Meetings, Rule, Task, split};
+
+/// Below this number of particles all pairs are faster.
+const FROM: usize = 3000;
+/// Orders that are tried.
+const ORDERS: Range<usize> = 2..13;
+/// Parts of the cloud in which the error is sampled.
+const SAMPLES: usize = 12;
+/// The sampled error is at most this share of what is allowed: the cloud changes.
+const SAFETY: f64 = 0.4;
+
+/// Most particles of a leaf: with fewer, expansions cost more than the pairs that they save.
+fn leaf(order: usize) -> usize {
+    order * order * 2 / 3 + 8
+}
+
+/// How large cells that meet by expansions may be for their distance [-]: high orders are dear, and converge faster for
+/// small ones.
+fn opening(order: usize) -> f64 {
+    if order < 8 { 0.58 } else { 0.5 }
+}
+
+/// The method with its space, kept between calls.
+#[derive(Clone, Debug)]
+pub(crate) struct Far {
+    degrees: Degrees,
+    tree: Tree,
+    moments: Moments,
+    forces: Vec<[f64; 3]>,
+}
+
+/// A tree with moments, and what is left to be done.
+struct Prepared<'a> {
+    field: &'a Field,
+    degrees: &'a Degrees,
+    tree: &'a Tree,
+    moments: &'a Moments,
+    rule: Rule,
+    tasks: Vec<Task>,
+    top: Meetings,
+    /// Local expansions of the cells at the top.
+    top_local: Vec<f64>,
+}
+
+impl Far {
+    /// For particles that start at r [m], with a relative error of the forces that is allowed. `None` where all pairs are
+    /// faster.
+    pub(crate) fn new(field: &Field, r: &Columns, accuracy: f64) -> Option<Self> {
+        if r.len() < FROM || field.groups.is_empty() {
+            return None;
+        }
+        let mut far = Self {
+            degrees: Degrees::new(ORDERS.start),
+            tree: Tree::default(),
+            moments: Moments::default(),
+            forces: Vec::new(),
+        };
+        ORDERS.into_iter().find_map(|order| {
+            far.degrees = Degrees::new(order);
+            far.tree.build(r, leaf(order));
+            let error = error(&far.sample(field, true), &far.sample(field, false));
+            (error <= SAFETY * accuracy).then(|| far.clone())
+        })
+    }
+
+    /// Order of the expansions.
+    pub(crate) fn order(&self) -> usize {
+        self.degrees.order
+    }
+
+    /// Adds the forces of all pairs to `force` [N]; returns the number of unordered pairs that met as pairs.
+    pub(super) fn forces(&mut self, field: &Field, r: &Columns, force: &mut Columns) -> u64 {
+        let Self { degrees, tree, moments, forces } = self;
+        tree.build(r, leaf(degrees.order));
+        let prepared = Prepared::new(field, degrees, tree, moments);
+        let ordered = Ordered::new(&field.groups, field.binding.as_ref(), |column| tree.sorted(column));
+        forces.resize(r.len(), [0.0; 3]);
+        let mut pairs = 0;
+        compose(field, &ordered, AllTasks { prepared: &prepared, ordered: &ordered, forces, pairs: &mut pairs });
+        for (axis, force) in force.axes_mut().into_iter().enumerate() {
+            for (&i, own) in tree.order.iter().zip(forces.iter()) {
+                force[i as usize] += own[axis];
+            }
+        }
+        pairs / 2
+    }
+
+    /// Near-field and binding energy, and a lower bound of the sum of the absolute energies of all pairs, at positions r
+    /// [J].
+    pub(super) fn energies(&self, field: &Field, r: &Columns) -> [f64; 3] {
+        let (mut tree, mut moments) = (Tree::default(), Moments::default());
+        tree.build(r, leaf(self.degrees.order));
+        let prepared = Prepared::new(field, &self.degrees, &tree, &mut moments);
+        let sorted = field.sorted(|column| tree.sorted(column));
+        potential::compose(&sorted, AllEnergies(&prepared))
+    }
+
+    /// Forces on some particles spread over the cloud [N]: by expansions, or by pairs alone.
+    fn sample(&mut self, field: &Field, by_expansions: bool) -> Vec<[f64; 3]> {
+        let Self { degrees, tree, moments, .. } = self;
+        let prepared = Prepared::new(field, degrees, tree, moments);
+        let ordered = Ordered::new(&field.groups, field.binding.as_ref(), |column| tree.sorted(column));
+        let mut forces = Vec::new();
+        let stride = prepared.tasks.len().div_ceil(SAMPLES);
+        for task in prepared.tasks.iter().step_by(stride) {
+            let mut leaf = task.cell;
+            while !tree.cells[leaf].is_leaf() {
+                leaf = tree.cells[leaf].children().start;
+            }
+            let count = tree.cells[leaf].len();
+            let mut own = vec![[0.0; 3]; tree.cells[task.cell].len()];
+            let all = (!by_expansions).then(|| everyone(leaf, tree.order.len()));
+            compose(field, &ordered, OneTask { prepared: &prepared, ordered: &ordered, task, all, forces: &mut own });
+            forces.extend_from_slice(&own[..count]);
+        }
+        forces
+    }
+}
+
+/// A leaf that meets everyone as pairs.
+fn everyone(leaf: usize, n: usize) -> Meetings {
+    let meeting = Meeting { cell: leaf, parent: None, far: 0..0, near: 0..1 };
+    Meetings { meetings: vec![meeting], far: Vec::new(), near: vec![0..n as u32] }
+}
+
+/// Root of the mean square of the differences over that of the exact forces [-].
+fn error(found: &[[f64; 3]], exact: &[[f64; 3]]) -> f64 {
+    let (mut off, mut all) = (0.0, 0.0);
+    for (found, exact) in found.iter().flatten().zip(exact.iter().flatten()) {
+        off += (found - exact) * (found - exact);
+        all += exact * exact;
+    }
+    if all > 0.0 { (off / all).sqrt() } else { 0.0 }
+}
+
+impl<'a> Prepared<'a> {
+    fn new(field: &'a Field, degrees: &'a Degrees, tree: &'a Tree, moments: &'a mut Moments) -> Self {
+        let weights = field.groups.iter().map(|group| group.weight.as_deref().map(|column| tree.sorted(column)));
+        moments.fill(degrees, tree, weights.collect());
+        // Bonds need pairs.
+        let reach = field.binding.as_ref().map_or(0.0, BindingTerm::largest_reach);
+        let rule = Rule { opening: opening(degrees.order), reach };
+        let (top, tasks) = split(tree, rule);
+        let mut prepared = Self { field, degrees, tree, moments, rule, tasks, top, top_local: Vec::new() };
+        let mut top_local = Vec::new();
+        dispatch(prepared.sweep(&prepared.top, None, &mut top_local, ()));
+        prepared.top_local = top_local;
+        prepared
+    }
+
+    /// Goes through meetings; the first one's parent is at the top.
+    fn sweep<'b, A>(
+        &'b self,
+        meetings: &'b Meetings,
+        parent: Option<usize>,
+        local: &'b mut Vec<f64>,
+        at_leaf: A,
+    ) -> Sweep<'b, A> {
+        let stride = self.moments.stride();
+        let parent = parent
+            .map(|number| (self.top.meetings[number].cell, &self.top_local[number * stride..(number + 1) * stride]));
+        Sweep {
+            degrees: self.degrees,
+            groups: &self.field.groups,
+            tree: self.tree,
+            moments: self.moments,
+            meetings,
+            parent,
+            local,
+            at_leaf,
+        }
+    }
+}
+
+/// Forces on the particles of all tasks, in the order of places.
+struct AllTasks<'a> {
+    prepared: &'a Prepared<'a>,
+    ordered: &'a Ordered,
+    forces: &'a mut [[f64; 3]],
+    pairs: &'a mut u64,
+}
+
+impl Job for AllTasks<'_> {
+    fn run<L: Law, B: Bond>(self, law: L, bond: B) {
+        let Self { prepared, ordered, mut forces, pairs } = self;
+        let mut parts = Vec::with_capacity(prepared.tasks.len());
+        for task in &prepared.tasks {
+            let (own, rest) = forces.split_at_mut(prepared.tree.cells[task.cell].len());
+            parts.push((task, own));
+            forces = rest;
+        }
+        let one = |(task, forces): (&Task, &mut [[f64; 3]])| {
+            let meetings = task.meetings(prepared.tree, prepared.rule);
+            task_forces(prepared, ordered, (task, task.parent), &meetings, forces, (law, bond))
+        };
+        *pairs = parts.into_par_iter().with_max_len(1).map(one).sum();
+    }
+}
+
+/// Forces on the particles of one task.
+struct OneTask<'a> {
+    prepared: &'a Prepared<'a>,
+    ordered: &'a Ordered,
+    task: &'a Task,
+    /// What it meets, if that is not what the tree says.
+    all: Option<Meetings>,
+    forces: &'a mut [[f64; 3]],
+}
+
+impl Job for OneTask<'_> {
+    fn run<L: Law, B: Bond>(self, law: L, bond: B) {
+        let Self { prepared, ordered, task, all, forces } = self;
+        // Who meets everyone as pairs has nothing from above.
+        let (meetings, parent) = match all {
+            Some(all) => (all, None),
+            None => (task.meetings(prepared.tree, prepared.rule), task.parent),
+        };
+        task_forces(prepared, ordered, (task, parent), &meetings, forces, (law, bond));
+    }
+}
+
+fn task_forces<L: Law, B: Bond>(
+    prepared: &Prepared<'_>,
+    ordered: &Ordered,
+    (task, parent): (&Task, Option<usize>),
+    meetings: &Meetings,
+    forces: &mut [[f64; 3]],
+    (law, bond): (L, B),
+) -> u64 {
+    let field = prepared.field;
+    let first = prepared.tree.cells[task.cell].places().start;
+    let at_leaf = Forces { law, bond, field, ordered, tree: prepared.tree, first, forces, pairs: 0 };
+    dispatch(prepared.sweep(meetings, parent, &mut Vec::new(), at_leaf)).pairs
+}
+
+/// Energies of all tasks.
+struct AllEnergies<'a>(&'a Prepared<'a>);
+
+impl PotentialJob for AllEnergies<'_> {
+    type Output = [f64; 3];
+
+    fn run<P: Potential, B: Potential>(self, near: P, bond: B) -> [f64; 3] {
+        let prepared = self.0;
+        let one = |task: &Task| {
+            let meetings = task.meetings(prepared.tree, prepared.rule);
+            let at_leaf = Energies { law: (near, bond), tree: prepared.tree, sums: [Sum::default(); 3] };
+            let done = dispatch(prepared.sweep(&meetings, task.parent, &mut Vec::new(), at_leaf));
+            done.sums.map(|sum| sum.value())
+        };
+        let parts: Vec<[f64; 3]> = prepared.tasks.par_iter().with_max_len(1).map(one).collect();
+        // Everyone has met everyone from both sides.
+        std::array::from_fn(|k| 0.5 * parts.iter().map(|part| part[k]).collect::<Sum>().value())
+    }
+}
