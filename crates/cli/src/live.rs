@@ -161,7 +161,14 @@ impl ServerListener for Board {
 
 /// Host and port of an address: `HOST:PORT`, `HOST` or `PORT`.
 fn parse(address: &str) -> Result<(String, u16), Failure> {
+    let wrong = || {
+        let text = format!("--live={address}: that is no address");
+        Failure::Input(Message::new(text).hint("it is HOST:PORT, HOST or PORT, such as 127.0.0.1:8765"))
+    };
     let host = |text: &str| text.trim_start_matches('[').trim_end_matches(']').to_owned();
+    if address.trim().is_empty() || address.contains('[') != address.contains(']') {
+        return Err(wrong());
+    }
     if let Ok(port) = address.parse() {
         return Ok(("127.0.0.1".to_owned(), port));
     }
@@ -170,10 +177,7 @@ fn parse(address: &str) -> Result<(String, u16), Failure> {
     }
     match address.rsplit_once(':').map(|(name, port)| (host(name), port.parse())) {
         Some((name, Ok(port))) => Ok((if name.is_empty() { "127.0.0.1".to_owned() } else { name }, port)),
-        _ => {
-            let text = format!("--live={address}: that is no address");
-            Err(Failure::Input(Message::new(text).hint("it is HOST:PORT, HOST or PORT, such as 127.0.0.1:8765")))
-        }
+        _ => Err(wrong()),
     }
 }
 
@@ -215,6 +219,8 @@ mod tests {
             let parsed = parse(text).unwrap_or_else(|_| panic!("{text}"));
             assert_eq!(parsed, (host.to_owned(), port), "{text}");
         }
-        assert!(parse("localhost:http").is_err() && parse("127.0.0.1:99999").is_err());
+        for wrong in ["localhost:http", "127.0.0.1:99999", "", " ", "[::1"] {
+            assert!(parse(wrong).is_err(), "{wrong}");
+        }
     }
 }

@@ -57,10 +57,10 @@ pub struct RenderArgs {
     #[arg(long, value_name = "X,Y,Z", value_parser = numbers::<3>, allow_hyphen_values = true, requires = "camera")]
     pub target: Option<[f64; 3]>,
     /// How many times larger than fitted, or than the camera shows at an angle of 30 degrees
-    #[arg(long, value_name = "F", default_value_t = 1.0)]
+    #[arg(long, value_name = "F", default_value_t = 1.0, allow_negative_numbers = true)]
     pub zoom: f64,
     /// Draw spheres so many times as large as they are, and say so in the title
-    #[arg(long, value_name = "F", default_value_t = 1.0)]
+    #[arg(long, value_name = "F", default_value_t = 1.0, allow_negative_numbers = true)]
     pub magnify: f64,
     /// Parallel projection: spheres of one size look alike at any distance
     #[arg(long)]

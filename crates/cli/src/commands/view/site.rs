@@ -37,7 +37,7 @@ impl Site {
     /// A site of a log with an extra list of origins.
     pub fn new(log: &Path, layout: Vec<u8>, token: String, more: &[String], address: SocketAddr) -> Self {
         let origins = ORIGINS.iter().copied().map(str::to_owned);
-        let more = more.iter().map(|origin| origin.trim_end_matches('/').to_owned());
+        let more = more.iter().cloned();
         Self { log: log.to_owned(), name: name(log), layout, token, origins: origins.chain(more).collect(), address }
     }
 
