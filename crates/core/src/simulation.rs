@@ -13,7 +13,7 @@ use crate::placement;
 use crate::scene::{ModelKind, Problem, Record, Scene};
 use crate::stagger::Stagger;
 use crate::state::{Columns, Particles, State};
-use crate::step_control::StepControl;
+use crate::step_control::{StepControl, local_bound};
 
 /// A run ends when less than this share of a step is left [-].
 const END: f64 = 1e-6;
@@ -53,8 +53,8 @@ pub struct Simulation {
     pub(crate) time_rest: f64,
     pub(crate) next_dt: f64,
     pub(crate) duration: f64,
-    /// Position tolerance TOL_r [-].
-    pub(crate) tolerance: f64,
+    /// Largest local error of a step [mean diameters].
+    pub(crate) local_bound: f64,
     record: Record,
     /// Whether the observer has seen the start.
     started: bool,
@@ -149,7 +149,7 @@ impl Simulation {
             time: 0.0,
             time_rest: 0.0,
             duration: scene.duration,
-            tolerance: scene.solver.tolerance.position,
+            local_bound: local_bound(scene, model.integrator.order),
             record: scene.record.clone(),
             started: false,
             model,

@@ -106,8 +106,8 @@ impl Simulation {
         }
     }
 
-    /// Largest difference between r' and the third-order r + dt v + dt^2 (a/3 + a'/6), in mean diameters, over the
-    /// position tolerance [-]. A kick that turns the motion of the whole cloud around counts as too large at any tolerance:
+    /// Largest difference between r' and the third-order r + dt v + dt^2 (a/3 + a'/6), in mean diameters, over
+    /// the largest allowed [-]. A kick that turns the motion of the whole cloud around counts as too large at any tolerance:
     /// near a singular attraction that difference is small although nothing is resolved.
     fn local_error(&self, dt: f64) -> Worst {
         let integrator = &self.model.integrator;
@@ -116,11 +116,11 @@ impl Simulation {
         let jump = |i: usize| self.events.as_ref().map_or(Vector3::zeros(), |events| events.jump(i));
         let next = |i: usize| self.stagger.field_force.get(i) / self.particles.mass[i] - jump(i);
         let n = self.acceleration.len();
-        let scale = dt * dt / (self.model.mean_diameter * self.tolerance);
+        let scale = dt * dt / (self.model.mean_diameter * self.local_bound);
         let error = match &self.stagger.collocation {
             Some(collocation) => {
                 let error = collocation.local_error(dt);
-                Worst { size: error.size / (self.model.mean_diameter * self.tolerance), ..error }
+                Worst { size: error.size / (self.model.mean_diameter * self.local_bound), ..error }
             }
             None => Worst::of((0..n).map(|i| scale * (next(i) * new + self.acceleration.get(i) * old).norm())),
         };
@@ -408,7 +408,7 @@ impl Simulation {
             [.., before, last] if *before > 0.0 => last / before,
             _ => f64::NAN,
         };
-        diagnostics.local_error = attempt.local_error.map(|error| error.size * self.tolerance);
+        diagnostics.local_error = attempt.local_error.map(|error| error.size * self.local_bound);
         diagnostics.pairs_evaluated = self.stagger.pairs_evaluated;
         self.counters.steps += 1;
         self.counters.iterations += diagnostics.iterations();
