@@ -17,6 +17,9 @@ mod gradient;
 /// Hard cases: tunnelling, break shot, cradle, collapse, bounces to rest, orbits in contact, crossings.
 #[path = "physics/hard.rs"]
 mod hard;
+/// The table of hard cases, every scheme: right, or refused by name.
+#[path = "physics/hard_table.rs"]
+mod hard_table;
 /// Single impacts against their closed forms, in both models.
 #[path = "physics/impacts.rs"]
 mod impacts;

@@ -20,21 +20,19 @@ const SAFETY: f64 = 0.9;
 pub const MAX_ATTEMPTS: u64 = 60;
 /// The share of the local error that the iteration may leave.
 const ITERATION_SHARE: f64 = 0.01;
-/// Local errors of the schemes of second order may be this times TOL^(3/2) [-]: steps then go like TOL^(1/2), and what adds up
-/// over a run goes like TOL, as with the schemes of high order. Measured on the paper's scene (`docs/solver.md`).
-const SECOND_ORDER_SHARE: f64 = 2.0;
 /// Moves of an iteration below this many mean diameters are round-off [-].
 const STANDS_STILL: f64 = 1e-14;
 /// `consistent`: no pair may come nearer than this share of the smallest diameter in one step, so that impacts found at
 /// step ends are found early. A hundredth costs five times the steps and gains nothing that located impacts do not.
 pub const TRAVEL_SHARE: f64 = 0.05;
 
-/// Largest local error of an adaptive step, in mean diameters [-].
+/// Largest local error of an adaptive step, in mean diameters [-]: TOL, with schemes of second order TOL^(3/2). Their steps
+/// then go like TOL^(1/2), and what adds up over a run goes like TOL, as it nearly does with schemes of high order.
 #[must_use]
 pub fn local_bound(scene: &Scene, order: u32) -> f64 {
     let tolerance = scene.solver.tolerance.position;
     let second = scene.model == ModelKind::Consistent && order == 2 && scene.solver.step.fixed.is_none();
-    if second { tolerance.min(SECOND_ORDER_SHARE * tolerance * tolerance.sqrt()) } else { tolerance }
+    if second { tolerance.min(tolerance * tolerance.sqrt()) } else { tolerance }
 }
 
 /// Largest last move of an iteration: of positions over their measure, of temperatures [-].
