@@ -259,6 +259,11 @@ impl Simulation {
         self.diagnostics.contacts = booked.contacts;
         self.diagnostics.resting = booked.resting;
         self.diagnostics.rounds = booked.rounds;
+        if self.model.contact.as_ref().is_some_and(|law| law.located) {
+            self.diagnostics.impact_residual = Some(booked.residual);
+            self.diagnostics.fallbacks = Some(booked.fallbacks);
+        }
+        self.diagnostics.crossings = self.model.field.as_ref().filter(|field| field.jumps()).map(|_| events.crossings());
         self.totals.resting_loss += booked.resting_loss;
         for k in 0..3 {
             self.totals.outside_impulse[k] += booked.wall_impulse[k];

@@ -22,12 +22,13 @@ fn ten_thousand_periods(scheme: Scheme) -> Solved {
     let per_period = if scheme.collocates() { 10.0 } else { 40.0 };
     let dt = period / per_period;
     let v = f64::sqrt(0.5);
-    let particle = |x: f64, v: f64| json!({ "position": [x, 0.0, 0.0], "velocity": [0.0, v, 0.0], "radius": 0.05, "mass": 1.0 });
+    let particle =
+        |x: f64, v: f64| json!({ "position": [x, 0.0, 0.0], "velocity": [0.0, v, 0.0], "radius": 0.05, "mass": 1.0 });
     let value = json!({
         "duration": PERIODS * period,
         "particles": { "list": [particle(-0.5, -v), particle(0.5, v)] },
         "near_field": { "attraction": { "strength": 1.0, "exponent": 0.0 } },
-        "solver": { "step": { "fixed": dt }, "tolerance": { "position": 1e-9 } },
+        "solver": { "step": { "fixed": dt }, "tolerance": { "position": 1e-12 } },
         "record": { "every_steps": 1000 }
     });
     let (mut turned, mut last) = (0.0, 0.0_f64);
@@ -50,7 +51,9 @@ fn ten_thousand_periods(scheme: Scheme) -> Solved {
     let allowed = (TAU / per_period).powi(2) / 12.0;
     // Bounded: what is seen in the first hundred periods is all there is (kinetic energy 1/2 J), or round-off.
     let grown = late / early.max(1e-9);
-    let measured = format!("period off by {slow:.1e}, energy error {late:.1e} J of 0.5 J at most, {early:.1e} J in the first {FIRST} periods");
+    let measured = format!(
+        "period off by {slow:.1e}, energy error {late:.1e} J of 0.5 J at most, {early:.1e} J in the first {FIRST} periods"
+    );
     Ok(Answer::found(measured, worse(slow / allowed, 0.5 * grown), 1.0))
 }
 
@@ -80,7 +83,8 @@ fn violent_release(scheme: Scheme) -> Solved {
     // m_eff = 1/2 kg.
     let expected = (4.0 * (potential(0.2) - potential(distance))).sqrt();
     let error = (speed / expected - 1.0).abs();
-    Ok(Answer::found(format!("speed off by {error:.1e}"), error, 1e-4))
+    let first_order = matches!(scheme, Scheme::Consistent("backward-euler"));
+    Ok(Answer::found(format!("speed off by {error:.1e}"), error, if first_order { 1e-2 } else { 1e-4 }))
 }
 
 pub const CROSSINGS: HardCase = HardCase {

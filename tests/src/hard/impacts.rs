@@ -140,7 +140,7 @@ fn overlap(scheme: Scheme) -> Solved {
         match scheme.start(&balls(&list, 1.0, 1e-2, 0.5)) {
             Ok(_) => unnamed += 1,
             // Refused for another reason?
-            Err(text) if text.contains("located") => return Err(text),
+            Err(text) if text.starts_with("/contact/resolution") => return Err(text),
             Err(text) => {
                 unnamed += u32::from(!text.contains('0') || !text.contains('2'));
                 said = text;

@@ -194,7 +194,11 @@ fn two_halves(scheme: Scheme) -> Solved {
     let mut simulation = Simulation::resume(&scene, &checkpoint).map_err(|error| error.to_string())?;
     simulation.run(&mut rest).map_err(|error| error.to_string())?;
     let different = whole.last.iter().zip(&rest.last).filter(|(a, b)| a != b).count();
-    Ok(Answer::found(format!("{different} numbers differ after a checkpoint at {:.2} s", checkpoint.time), different as f64, 0.0))
+    Ok(Answer::found(
+        format!("{different} numbers differ after a checkpoint at {:.2} s", checkpoint.time),
+        different as f64,
+        0.0,
+    ))
 }
 
 pub const ALMOST_NOTHING: HardCase = HardCase {
@@ -207,7 +211,12 @@ pub const ALMOST_NOTHING: HardCase = HardCase {
 fn almost_nothing(scheme: Scheme) -> Solved {
     let mut error: f64 = 0.0;
     let mut nothing = cloud();
-    for pointer in ["/near_field/attraction/strength", "/near_field/repulsion/strength", "/binding/strength", "/thermal/reaction/energy_per_area"] {
+    for pointer in [
+        "/near_field/attraction/strength",
+        "/near_field/repulsion/strength",
+        "/binding/strength",
+        "/thermal/reaction/energy_per_area",
+    ] {
         if let Some(strength) = nothing.pointer_mut(pointer) {
             *strength = json!(0.0);
         }

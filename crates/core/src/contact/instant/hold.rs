@@ -34,6 +34,7 @@ impl Instant {
     /// The end of what held contacts closed for a time [s], with forces [N] along normals at its begin, one for each
     /// contact: the mean of both ends counts, as for the fields; then the second half of friction.
     pub fn end(&mut self, moment: &Moment<'_>, time: f64, holds: &[(f64, Vector3<f64>)], booked: &mut Booked) {
+        self.fell_back = false;
         let held: Few<usize> = (0..self.joints.len()).filter(|&k| self.joints[k].held).collect();
         self.find_forces(&held);
         for &k in &held {
@@ -42,6 +43,7 @@ impl Instant {
             self.give(k, change * (0.5 * time), booked);
         }
         self.rub_held(moment, 0.5 * time, booked);
+        booked.fallbacks += u64::from(self.fell_back);
     }
 
     /// Forces that take the approach acceleration of these contacts to zero, or above where they need not push.

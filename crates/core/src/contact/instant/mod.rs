@@ -126,6 +126,10 @@ pub struct Booked {
     pub resting: u64,
     /// Rounds of impacts.
     pub rounds: u64,
+    /// Largest approach left to contacts that touch [m/s].
+    pub residual: f64,
+    /// Instants that ended otherwise than by their rule.
+    pub fallbacks: u64,
     /// Kinetic energy taken by contacts at rest, sliding included [J].
     pub resting_loss: f64,
     /// Momentum given to the cloud by walls [N s].
@@ -158,6 +162,8 @@ pub struct Instant {
     pub joints: Vec<Joint>,
     problem: Complementarity,
     active: Vec<usize>,
+    /// Whether some limit was reached before the rule was met.
+    fell_back: bool,
 }
 
 impl Instant {
@@ -168,13 +174,17 @@ impl Instant {
         let length = self.joints.iter().map(|joint| joint.radius).fold(0.0, f64::max);
         let still = (ROUND_OFF * fastest).max(VELOCITY_ROUND_OFF * speed).max(LENGTH_ROUND_OFF * length / moment.dt);
         booked.contacts += (0..self.joints.len()).filter(|&k| self.approach(k) > still).count() as u64;
+        self.fell_back = self.bodies.iter().any(|body| body.worn);
         let mut rounds = 0;
         while rounds < MAX_ROUNDS && self.round(moment, still, impacts, booked) {
             rounds += 1;
         }
+        self.fell_back |= rounds == MAX_ROUNDS;
         booked.rounds += rounds;
         self.rest(moment, still, impacts, booked);
+        booked.residual = (0..self.joints.len()).map(|k| self.approach(k)).fold(booked.residual, f64::max);
         self.hold(moment, booked);
+        booked.fallbacks += u64::from(self.fell_back);
     }
 
     /// u of contact k: the speed at which its gap closes [m/s].

@@ -25,7 +25,7 @@ impl Instant {
                 }
             }
         }
-        problem.solve();
+        self.fell_back |= !problem.solve();
         for (row, &k) in members.iter().enumerate() {
             self.joints[k].impulse = problem.solution[row];
         }
@@ -81,9 +81,10 @@ impl Instant {
                 }
             }
             if worst <= SWEPT * scale {
-                break;
+                return;
             }
         }
+        self.fell_back = true;
     }
 
     /// Gives the bodies the impulses of these contacts.

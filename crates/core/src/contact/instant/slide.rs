@@ -27,16 +27,16 @@ impl Instant {
         }
         let Some(friction) = moment.law.friction else { return slips };
         let fastest = members.iter().map(|&k| self.sliding(k).norm()).fold(0.0, f64::max);
-        let (mut bound, mut decided) = (friction.static_, false);
+        let mut decided = false;
         for _ in 0..MAX_FRICTION_SWEEPS {
             let mut worst: f64 = 0.0;
             for (row, &k) in members.iter().enumerate() {
-                let limit = if slips[row] { friction.dynamic } else { bound } * self.joints[k].impulse.max(0.0);
+                let limit = if slips[row] { friction.dynamic } else { friction.static_ } * self.joints[k].impulse.max(0.0);
                 worst = worst.max(self.rub_one(k, limit, booked) / self.joints[k].effective_mass);
             }
             let settled = worst <= RUBBED * fastest || members.len() == 1;
             if settled && decided {
-                break;
+                return slips;
             }
             if settled {
                 // Those at the static bound slide, with the dynamic coefficient.
@@ -46,12 +46,12 @@ impl Instant {
                         && self.joints[k].tangential.norm() >= limit * (1.0 - RUBBED);
                 }
                 decided = true;
-                bound = friction.static_;
                 if !slips.contains(&true) {
-                    break;
+                    return slips;
                 }
             }
         }
+        self.fell_back = true;
         slips
     }
 
