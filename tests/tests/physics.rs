@@ -29,6 +29,9 @@ mod ledger;
 /// Many impacts: the bouncing ball, break shot, cradle, dense gas; what they conserve.
 #[path = "physics/many.rs"]
 mod many;
+/// Orders across located events, heat that no step changes, shifts and boosts.
+#[path = "physics/orders.rs"]
+mod orders;
 /// Sums over pairs: third law, lists, periodic boxes, the ends of blocks.
 #[path = "physics/pairs.rs"]
 mod pairs;

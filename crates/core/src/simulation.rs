@@ -1,6 +1,6 @@
 //! A run: from a scene to its end, one accepted step after another.
 
-use crate::assembly::Model;
+use crate::assembly::{Model, locates};
 use crate::checkpoint::{Checkpoint, Counters};
 use crate::contact::Touch;
 use crate::diagnostics::{Level, Notice, StepDiagnostics};
@@ -143,7 +143,7 @@ impl Simulation {
             acceleration: Columns::zeros(if model.has_forces() { n } else { 0 }),
             previous_velocity: Columns::zeros(n),
             previous_totals: Totals::default(),
-            events: Events::wanted(model.contact.as_ref(), model.field.as_ref())
+            events: (locates(scene) && Events::wanted(model.contact.as_ref(), model.field.as_ref()))
                 .then(|| Events::new(&frame::order(&particles, &state.position))),
             touches: Vec::new(),
             touches_known: false,

@@ -6,6 +6,9 @@ use crate::convergence::Verdict;
 use crate::diagnostics::{Level, Notice, RejectedAttempt, RejectionCause, StepDiagnostics};
 use crate::error::RunError;
 use crate::events::Events;
+use crate::events::paths::Launch;
+use crate::events::restarts::{BEYOND, first_crossing};
+use crate::force::Field;
 use crate::impact::Partner;
 use crate::scene::ModelKind;
 use crate::simulation::{OnceNotice, Simulation};
@@ -17,6 +20,10 @@ use nalgebra::Vector3;
 /// Largest kick of an unresolved acceleration, over the fastest speed of the cloud [-]. A fall into a singularity exceeds
 /// any such bound sooner or later; a smaller one also shortens steps where a pair merely crosses a cut-off.
 const KICK: f64 = 0.02;
+/// Solutions of one step that look for the crossing at which it ends.
+const MOST_CUTS: u32 = 8;
+/// Lengths that differ by no more than this share are the same [-].
+const SAME_LENGTH: f64 = 1e-10;
 
 impl Simulation {
     /// One accepted step from t to t + dt, dt at most what is left of the run.
@@ -24,22 +31,61 @@ impl Simulation {
         let left = self.duration - self.time;
         let mut dt = self.next_dt.min(left).min(self.longest_flight());
         self.begin_step();
+        // Solutions of this attempt that ended at a jump of a force.
+        let mut cuts = 0;
         loop {
             self.lift_resting(dt);
             let (particles, state, acceleration) = (&self.particles, &self.state, &self.acceleration);
             let start = Start { particles, state, acceleration, time: self.time };
             let verdict = self.stagger.solve(&mut self.model, &start, dt, self.events.as_mut());
+            if let Some(shorter) = self.restart(dt, verdict, cuts) {
+                (dt, cuts) = (shorter, cuts + 1);
+                continue;
+            }
             let attempt = self.attempt(dt, verdict);
             match self.control.decide(&self.stagger.sweeps, &attempt) {
                 Decision::Accept { next_dt } => {
                     // The last step is clipped; what would have followed is kept for a run that goes on.
                     let clipped = left < self.next_dt && dt == left;
-                    self.next_dt = if clipped { self.next_dt } else { next_dt.max(self.smallest_step()) };
-                    return self.accept(&attempt);
+                    if cuts > 0 {
+                        self.next_dt = self.after_cut(dt, next_dt);
+                    } else if !clipped {
+                        let whole = if self.control.fixed { self.control.initial } else { next_dt };
+                        self.next_dt = whole.max(self.smallest_step());
+                    }
+                    return self.accept(&attempt, cuts > 0);
                 }
-                Decision::Reject { cause, retry_dt } => dt = self.reject(cause, &attempt, retry_dt)?,
+                Decision::Reject { cause, retry_dt } => (dt, cuts) = (self.reject(cause, &attempt, retry_dt)?, 0),
             }
         }
+    }
+
+    /// Collocation: the length of the step that ends where a force first jumps, if that is another than dt [s].
+    fn restart(&mut self, dt: f64, verdict: Verdict, cuts: u32) -> Option<f64> {
+        let (collocation, field) = (self.stagger.collocation.as_ref()?, self.model.field.as_mut()?);
+        if !field.jumps() || verdict == Verdict::NotFinite || cuts == MOST_CUTS {
+            return None;
+        }
+        let (particles, state, acceleration) = (&self.particles, &self.state, &self.acceleration);
+        let start = Start { particles, state, acceleration, time: self.time };
+        let (position, velocity, domain) = (&state.position, &state.velocity, &self.model.domain);
+        let launch = Launch { particles, domain, position, velocity, acceleration, dt };
+        field.neighbors.prepare(position, &domain.periodic, || BEYOND * launch.travel());
+        let at = first_crossing(field, &launch, &collocation.paths(&start, dt))?;
+        // Beyond a whole step nothing matters yet.
+        let ends_there = (at - 1.0).abs() <= SAME_LENGTH || (at > 1.0 && cuts == 0);
+        // Cuts may be shorter than the smallest step, as long as they move the time.
+        (!ends_there).then(|| (at * dt).max(f64::EPSILON * self.time))
+    }
+
+    /// The step after one that a jump cut to dt: what was planned, or the rest of a fixed one [s].
+    fn after_cut(&self, dt: f64, proposed: f64) -> f64 {
+        if self.control.fixed {
+            let rest = self.next_dt - dt;
+            return if rest > f64::EPSILON * self.time { rest } else { self.control.initial };
+        }
+        let planned = if self.diagnostics.rejected.is_empty() { self.next_dt } else { 0.0 };
+        proposed.max(planned).max(self.smallest_step())
     }
 
     fn begin_step(&mut self) {
@@ -154,10 +200,17 @@ impl Simulation {
     }
 
     /// Takes the last iterate as the new state, then exchange, impacts, books.
-    fn accept(&mut self, attempt: &Attempt) -> Result<(), RunError> {
+    fn accept(&mut self, attempt: &Attempt, cut: bool) -> Result<(), RunError> {
         let dt = attempt.dt;
         self.advance_time(dt);
         self.move_particles(dt);
+        if let Some(collocation) = &mut self.stagger.collocation {
+            if cut {
+                collocation.break_off();
+            }
+            let jumps = self.model.field.as_ref().is_some_and(Field::jumps);
+            self.diagnostics.crossings = jumps.then_some(u64::from(cut));
+        }
         self.exchange_heat(dt);
         match (self.model.kind, &self.model.contact) {
             (ModelKind::Paper, _) => self.report_latched(),
@@ -263,7 +316,8 @@ impl Simulation {
             self.diagnostics.impact_residual = Some(booked.residual);
             self.diagnostics.fallbacks = Some(booked.fallbacks);
         }
-        self.diagnostics.crossings = self.model.field.as_ref().filter(|field| field.jumps()).map(|_| events.crossings());
+        let jumps = self.model.field.as_ref().is_some_and(Field::jumps);
+        self.diagnostics.crossings = jumps.then(|| events.crossings());
         self.totals.resting_loss += booked.resting_loss;
         for k in 0..3 {
             self.totals.outside_impulse[k] += booked.wall_impulse[k];

@@ -187,11 +187,11 @@ fn intervals(launch: &Launch<'_>, paths: &Paths, i: usize, j: usize) -> Vec<(Pie
 }
 
 /// Finds pairs that may cross: those whose distance from a shell is within reach.
-struct Scan<'a> {
-    field: &'a Field,
-    launch: &'a Launch<'a>,
-    reach: &'a [f64],
-    pairs: &'a mut Vec<(u32, u32)>,
+pub(super) struct Scan<'a> {
+    pub(super) field: &'a Field,
+    pub(super) launch: &'a Launch<'a>,
+    pub(super) reach: &'a [f64],
+    pub(super) pairs: &'a mut Vec<(u32, u32)>,
 }
 
 impl Task for Scan<'_> {

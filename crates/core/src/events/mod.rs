@@ -9,6 +9,7 @@ pub mod candidates;
 pub mod crossings;
 pub mod impacts;
 pub mod paths;
+pub mod restarts;
 pub mod roots;
 
 use crate::contact::ContactLaw;

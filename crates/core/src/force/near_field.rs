@@ -8,10 +8,9 @@ use super::all_pairs::AllPairs;
 use super::composition::{Composition, Ordered};
 use super::listed::Listed;
 use super::power::Power;
-use crate::assembly::locates;
 use crate::domain::Periodic;
-use crate::neighbor::Neighbors;
 use crate::frame;
+use crate::neighbor::Neighbors;
 use crate::scene::{self, ModelKind, Scene, Weight};
 use crate::simd::{Lanes, Simd};
 use crate::state::{Columns, Particles};
@@ -204,7 +203,7 @@ impl Field {
                 largest: particles.radius.iter().copied().fold(0.0, f64::max),
             }
         });
-        let located = locates(scene);
+        let located = scene.model == ModelKind::Consistent;
         let composition = Composition::of(&groups, switch);
         let (neighbors, work) = (Neighbors::All, Work::Listed(Listed::default()));
         let mut field =

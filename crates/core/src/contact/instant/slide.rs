@@ -31,7 +31,8 @@ impl Instant {
         for _ in 0..MAX_FRICTION_SWEEPS {
             let mut worst: f64 = 0.0;
             for (row, &k) in members.iter().enumerate() {
-                let limit = if slips[row] { friction.dynamic } else { friction.static_ } * self.joints[k].impulse.max(0.0);
+                let limit =
+                    if slips[row] { friction.dynamic } else { friction.static_ } * self.joints[k].impulse.max(0.0);
                 worst = worst.max(self.rub_one(k, limit, booked) / self.joints[k].effective_mass);
             }
             let settled = worst <= RUBBED * fastest || members.len() == 1;
