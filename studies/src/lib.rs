@@ -1,6 +1,7 @@
 //! Studies with agglo that write pages of its documentation.
 
 pub mod accuracy;
+pub mod hard_cases;
 pub mod paper;
 pub mod performance;
 pub mod progress;

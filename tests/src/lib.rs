@@ -8,6 +8,8 @@ use agglo_core::{Flow, Observer, Outcome, RunError, Scene, Simulation, StepRepor
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 
+pub mod hard;
+
 /// A scene that must be right.
 ///
 /// # Panics
@@ -118,6 +120,20 @@ pub struct Step {
     pub sample: Option<Sample>,
 }
 
+impl Step {
+    /// What a report says.
+    #[must_use]
+    pub fn of(report: &StepReport<'_>) -> Self {
+        Self {
+            time: report.time,
+            state: report.state.clone(),
+            diagnostics: report.diagnostics.cloned(),
+            impacts: report.impacts.to_vec(),
+            sample: report.sample.cloned(),
+        }
+    }
+}
+
 /// All steps of a run, the start first, and what it amounted to.
 ///
 /// # Panics
@@ -125,15 +141,7 @@ pub struct Step {
 #[must_use]
 pub fn record(scene: &Scene) -> (Vec<Step>, Outcome) {
     let mut steps = Vec::new();
-    let outcome = run(scene, |report| {
-        steps.push(Step {
-            time: report.time,
-            state: report.state.clone(),
-            diagnostics: report.diagnostics.cloned(),
-            impacts: report.impacts.to_vec(),
-            sample: report.sample.cloned(),
-        });
-    });
+    let outcome = run(scene, |report| steps.push(Step::of(report)));
     (steps, outcome)
 }
 

@@ -17,6 +17,9 @@ mod gradient;
 /// Hard cases: tunnelling, break shot, cradle, collapse, bounces to rest, orbits in contact, crossings.
 #[path = "physics/hard.rs"]
 mod hard;
+/// The table of hard cases, every scheme: right, or refused by name.
+#[path = "physics/hard_table.rs"]
+mod hard_table;
 /// Single impacts against their closed forms, in both models.
 #[path = "physics/impacts.rs"]
 mod impacts;
@@ -26,6 +29,9 @@ mod ledger;
 /// Many impacts: the bouncing ball, break shot, cradle, dense gas; what they conserve.
 #[path = "physics/many.rs"]
 mod many;
+/// Orders across located events, heat that no step changes, shifts and boosts.
+#[path = "physics/orders.rs"]
+mod orders;
 /// Sums over pairs: third law, lists, periodic boxes, the ends of blocks.
 #[path = "physics/pairs.rs"]
 mod pairs;

@@ -10,7 +10,7 @@ use crate::force::{ExternalField, Field};
 use crate::integrator::Integrator;
 use crate::scene::{Cutoff, IntegratorKind, ModelKind, Scene, SolutionMethod, Weight};
 use crate::state::{Columns, Particles};
-use crate::step_control::ITERATION_SHARE;
+use crate::step_control::iteration_tolerance;
 use crate::thermal::exchange::Exchange;
 
 /// The terms of a scene.
@@ -107,11 +107,7 @@ impl Model {
     /// The error measure of the model: (52) in `paper`, largest move over the mean diameter in `consistent`.
     #[must_use]
     pub fn convergence(&self, scene: &Scene) -> Convergence {
-        let share = match self.kind {
-            ModelKind::Paper => 1.0,
-            ModelKind::Consistent => ITERATION_SHARE,
-        };
-        let tolerance = (share * scene.solver.tolerance.position, share * scene.solver.tolerance.temperature);
+        let tolerance = iteration_tolerance(scene, self.integrator.order);
         Convergence::new(self.kind, tolerance, scene.solver.max_iterations, self.mean_diameter)
     }
 }

@@ -31,6 +31,8 @@ pub struct Checkpoint {
     pub counters: Counters,
     /// Bits of the notices that are given once per run and have been given.
     pub notices_given: u64,
+    /// What the positions are relative to [m]; zero but for scenes far away.
+    pub origin: [f64; 3],
     /// What a collocation scheme carries from step to step; `None` with other integrators.
     pub collocation: Option<Carried>,
 }

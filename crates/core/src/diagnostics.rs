@@ -26,8 +26,16 @@ pub struct StepDiagnostics {
     pub resting: u64,
     /// Bonded pairs; `None` without binding.
     pub bonds: Option<u64>,
-    /// Rounds of impacts solved at the step's end.
+    /// Rounds of impacts solved at the step's end, or at its instants where impacts are located.
     pub rounds: u64,
+    /// Largest approach speed that the step's impact instants left to contacts that touch [m/s]; `None` where impacts are not
+    /// located.
+    pub impact_residual: Option<f64>,
+    /// Impact instants that ended otherwise than by their rule: rounds, sweeps or exchanges used up, or bodies that bounce no
+    /// more in this step; `None` where impacts are not located.
+    pub fallbacks: Option<u64>,
+    /// Crossings of the cut-off and of the activation distance located in the step; `None` where no located force jumps.
+    pub crossings: Option<u64>,
     /// Pair distances evaluated for forces during the step, rejected attempts included (each unordered pair once).
     pub pairs_evaluated: u64,
 }

@@ -78,7 +78,9 @@ impl Simulation {
     }
 
     fn momentum(&self) -> Momentum {
-        let (linear, angular) = momentum(&self.particles, &self.state);
+        let (linear, mut angular) = momentum(&self.particles, &self.state);
+        let moved = self.origin.cross(&Vector3::from(linear));
+        angular.iter_mut().zip(moved.iter()).for_each(|(angular, moved)| *angular += moved);
         let outside = Vector3::from(self.totals.outside_impulse);
         let unexplained = Vector3::from(linear) - Vector3::from(self.initial_momentum.linear) - outside;
         let size = self.counters.largest_momentum.max(outside.norm());

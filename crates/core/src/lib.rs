@@ -19,6 +19,7 @@ pub mod domain;
 pub mod error;
 pub mod events;
 pub mod force;
+pub mod frame;
 pub mod impact;
 pub mod integrator;
 pub mod lanes;

@@ -1,11 +1,12 @@
 //! A run: from a scene to its end, one accepted step after another.
 
-use crate::assembly::Model;
+use crate::assembly::{Model, locates};
 use crate::checkpoint::{Checkpoint, Counters};
 use crate::contact::Touch;
 use crate::diagnostics::{Level, Notice, StepDiagnostics};
 use crate::error::{RunError, SetupError};
 use crate::events::Events;
+use crate::frame;
 use crate::impact::Impact;
 use crate::ledger::{Momentum, Totals, kinetic_energy};
 use crate::observer::{Flow, Observer, Sample, StepReport};
@@ -13,7 +14,8 @@ use crate::placement;
 use crate::scene::{ModelKind, Problem, Record, Scene};
 use crate::stagger::Stagger;
 use crate::state::{Columns, Particles, State};
-use crate::step_control::StepControl;
+use crate::step_control::{StepControl, local_bound};
+use nalgebra::Vector3;
 
 /// A run ends when less than this share of a step is left [-].
 const END: f64 = 1e-6;
@@ -53,11 +55,15 @@ pub struct Simulation {
     pub(crate) time_rest: f64,
     pub(crate) next_dt: f64,
     pub(crate) duration: f64,
-    /// Position tolerance TOL_r [-].
-    pub(crate) tolerance: f64,
+    /// Largest local error of a step [mean diameters].
+    pub(crate) local_bound: f64,
     record: Record,
     /// Whether the observer has seen the start.
     started: bool,
+    /// What positions are relative to while they are computed [m].
+    pub(crate) origin: Vector3<f64>,
+    /// The state in the scene's coordinates, where these are others.
+    shown: Option<State>,
 }
 
 /// Notices that are given once in a run; their bits are kept in checkpoints, so numbers are never reused.
@@ -124,8 +130,11 @@ impl Simulation {
         Ok(simulation)
     }
 
-    fn assemble(scene: &Scene, particles: Particles, state: State) -> Self {
+    fn assemble(scene: &Scene, particles: Particles, mut state: State) -> Self {
         let n = particles.len();
+        let origin = frame::origin(scene, &particles, &state.position);
+        let shown = (origin != Vector3::zeros()).then(|| state.clone());
+        state.position.shift(-origin);
         let model = Model::new(scene, &particles, &state.position);
         let control = StepControl::new(scene, model.integrator.order);
         let stagger = Stagger::new(&model, n, model.convergence(scene));
@@ -134,7 +143,8 @@ impl Simulation {
             acceleration: Columns::zeros(if model.has_forces() { n } else { 0 }),
             previous_velocity: Columns::zeros(n),
             previous_totals: Totals::default(),
-            events: Events::wanted(model.contact.as_ref(), model.field.as_ref()).then(Events::default),
+            events: (locates(scene) && Events::wanted(model.contact.as_ref(), model.field.as_ref()))
+                .then(|| Events::new(&frame::order(&particles, &state.position))),
             touches: Vec::new(),
             touches_known: false,
             impacts: Vec::new(),
@@ -149,9 +159,11 @@ impl Simulation {
             time: 0.0,
             time_rest: 0.0,
             duration: scene.duration,
-            tolerance: scene.solver.tolerance.position,
+            local_bound: local_bound(scene, model.integrator.order),
             record: scene.record.clone(),
             started: false,
+            origin,
+            shown,
             model,
             control,
             stagger,
@@ -226,7 +238,12 @@ impl Simulation {
             counters,
             notices_given,
             collocation,
+            origin,
         } = checkpoint.clone();
+        let moved = Vector3::from(origin) - self.origin;
+        let (mut state, mut list_positions) = (state, list_positions);
+        state.position.shift(moved);
+        list_positions.shift(moved);
         let restored = match (&mut self.stagger.collocation, &collocation) {
             (Some(own), Some(carried)) => own.restore(carried),
             (own, carried) => own.is_none() && carried.is_none(),
@@ -244,6 +261,7 @@ impl Simulation {
         (self.totals, self.initial_energy, self.initial_momentum) = (totals, initial_energy, initial_momentum);
         (self.counters, self.notices_given) = (counters, notices_given);
         self.started = true;
+        self.show();
         Ok(())
     }
 
@@ -265,6 +283,7 @@ impl Simulation {
             counters: self.counters,
             notices_given: self.notices_given,
             collocation: self.stagger.collocation.as_ref().map(|collocation| collocation.carried()),
+            origin: self.origin.into(),
         }
     }
 
@@ -302,6 +321,7 @@ impl Simulation {
     }
 
     fn report(&mut self, observer: &mut dyn Observer, start: bool) -> Result<Flow, RunError> {
+        self.show();
         let due = self.recording_due() && observer.wants_samples();
         let sample = (start || due || self.finished()).then(|| self.sample());
         if let Some(sample) = &sample {
@@ -313,7 +333,7 @@ impl Simulation {
                 time: self.time,
                 step: self.counters.steps,
                 particles: &self.particles,
-                state: &self.state,
+                state: self.state(),
                 diagnostics: (!start).then_some(&self.diagnostics),
                 impacts: &self.impacts,
                 sample: sample.as_ref(),
@@ -321,6 +341,16 @@ impl Simulation {
                 notices: &self.notices,
             })
             .map_err(RunError::Observer)
+    }
+
+    /// Takes what is reported of a step back to the scene's coordinates.
+    fn show(&mut self) {
+        let Some(shown) = &mut self.shown else { return };
+        shown.clone_from(&self.state);
+        shown.position.shift(self.origin);
+        for impact in &mut self.impacts {
+            impact.position = (Vector3::from(impact.position) + self.origin).into();
+        }
     }
 
     /// Refuses energies that are no numbers, and warns of errors that a user must know of.
@@ -399,7 +429,7 @@ impl Simulation {
     /// Positions, velocities, temperatures now.
     #[must_use]
     pub fn state(&self) -> &State {
-        &self.state
+        self.shown.as_ref().unwrap_or(&self.state)
     }
 
     /// Time now [s].

@@ -50,6 +50,15 @@ impl Columns {
         self.z[i] += v.z;
     }
 
+    /// Moves all vectors.
+    pub fn shift(&mut self, by: nalgebra::Vector3<f64>) {
+        for (column, by) in self.axes_mut().into_iter().zip(by.iter()) {
+            if *by != 0.0 {
+                column.iter_mut().for_each(|x| *x += by);
+            }
+        }
+    }
+
     /// Appends a vector.
     pub fn push(&mut self, v: [f64; 3]) {
         self.x.push(v[0]);

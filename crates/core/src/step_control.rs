@@ -19,10 +19,34 @@ const SAFETY: f64 = 0.9;
 /// Attempts at one step before the run is given up.
 pub const MAX_ATTEMPTS: u64 = 60;
 /// The share of the local error that the iteration may leave.
-pub const ITERATION_SHARE: f64 = 0.01;
+const ITERATION_SHARE: f64 = 0.01;
+/// Moves of an iteration below this many mean diameters are round-off [-].
+const STANDS_STILL: f64 = 1e-14;
 /// `consistent`: no pair may come nearer than this share of the smallest diameter in one step, so that impacts found at
 /// step ends are found early. A hundredth costs five times the steps and gains nothing that located impacts do not.
 pub const TRAVEL_SHARE: f64 = 0.05;
+
+/// Largest local error of an adaptive step, in mean diameters [-]: TOL, with schemes of second order TOL^(3/2). Their steps
+/// then go like TOL^(1/2), and what adds up over a run goes like TOL, as it nearly does with schemes of high order.
+#[must_use]
+pub fn local_bound(scene: &Scene, order: u32) -> f64 {
+    let tolerance = scene.solver.tolerance.position;
+    let second = scene.model == ModelKind::Consistent && order == 2 && scene.solver.step.fixed.is_none();
+    if second { tolerance.min(tolerance * tolerance.sqrt()) } else { tolerance }
+}
+
+/// Largest last move of an iteration: of positions over their measure, of temperatures [-].
+#[must_use]
+pub fn iteration_tolerance(scene: &Scene, order: u32) -> (f64, f64) {
+    let (position, temperature) = (scene.solver.tolerance.position, scene.solver.tolerance.temperature);
+    match scene.model {
+        ModelKind::Paper => (position, temperature),
+        ModelKind::Consistent => {
+            let least = STANDS_STILL.min(ITERATION_SHARE * position);
+            ((ITERATION_SHARE * local_bound(scene, order)).max(least), ITERATION_SHARE * temperature)
+        }
+    }
+}
 
 /// What to do with an attempt.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,7 +72,7 @@ pub struct Attempt {
     pub dt: f64,
     /// How the iteration ended.
     pub verdict: Verdict,
-    /// Local discretisation error over the position tolerance, and where it is largest; `None` in `paper`.
+    /// Local discretisation error over its bound, and where it is largest; `None` in `paper`.
     pub local_error: Option<Worst>,
     /// Largest approach of any pair over what contacts allow, and of whom; `None` without contacts or in `paper`.
     pub travel: Option<Worst>,
@@ -102,7 +126,7 @@ pub struct StepControl {
     pub min: f64,
     /// Whether the step never changes.
     pub fixed: bool,
-    tolerance: (f64, f64),
+    iteration_tolerance: (f64, f64),
     max_iterations: f64,
     order: u32,
     /// Phi_K of the last attempt, equation (54) [-].
@@ -121,7 +145,7 @@ impl StepControl {
             max,
             min,
             fixed: step.fixed.is_some(),
-            tolerance: (scene.solver.tolerance.position, scene.solver.tolerance.temperature),
+            iteration_tolerance: iteration_tolerance(scene, order),
             max_iterations: f64::from(scene.solver.max_iterations),
             order,
             scaling: 1.0,
@@ -169,10 +193,11 @@ impl StepControl {
         if k <= 1 {
             return 1.0;
         }
-        let (share, neutral) = match self.model {
-            ModelKind::Paper => (1.0, 1.0),
-            ModelKind::Consistent => (ITERATION_SHARE, self.growth()),
+        let neutral = match self.model {
+            ModelKind::Paper => 1.0,
+            ModelKind::Consistent => self.growth(),
         };
+        let (position, temperature) = self.iteration_tolerance;
         let field = |errors: &[f64], tolerance: f64| match (errors.first(), errors.last()) {
             (Some(&first), Some(&last)) if first > ZERO && last > ZERO => {
                 libm::pow(tolerance / first, 1.0 / (P * self.max_iterations))
@@ -180,7 +205,7 @@ impl StepControl {
             }
             _ => neutral,
         };
-        field(&sweeps.position, share * self.tolerance.0).min(field(&sweeps.temperature, share * self.tolerance.1))
+        field(&sweeps.position, position).min(field(&sweeps.temperature, temperature))
     }
 
     /// The factor that brings the local error, which goes like dt^(order + 1), to the tolerance.

@@ -93,6 +93,9 @@ pub fn diagnostics(t: f64, step: u64, diagnostics: &StepDiagnostics) -> v1::Step
         resting,
         bonds,
         rounds,
+        impact_residual,
+        fallbacks,
+        crossings,
         pairs_evaluated,
     } = diagnostics;
     v1::StepDiagnostics {
@@ -111,6 +114,9 @@ pub fn diagnostics(t: f64, step: u64, diagnostics: &StepDiagnostics) -> v1::Step
         resting: *resting,
         bonds: *bonds,
         rounds: *rounds,
+        impact_residual: *impact_residual,
+        fallbacks: *fallbacks,
+        crossings: *crossings,
         pairs_evaluated: *pairs_evaluated,
     }
 }
@@ -153,6 +159,9 @@ pub fn read_diagnostics(message: v1::StepDiagnostics) -> Result<StepDiagnostics,
         resting,
         bonds,
         rounds,
+        impact_residual,
+        fallbacks,
+        crossings,
         pairs_evaluated,
     } = message;
     if position_errors.len() as u64 != iterations {
@@ -171,6 +180,9 @@ pub fn read_diagnostics(message: v1::StepDiagnostics) -> Result<StepDiagnostics,
         resting,
         bonds,
         rounds,
+        impact_residual,
+        fallbacks,
+        crossings,
         pairs_evaluated,
     })
 }

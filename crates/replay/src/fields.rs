@@ -179,6 +179,9 @@ fn step<'a>(to: &mut Gather<'a>, diagnostics: &'a StepDiagnostics) {
         resting,
         bonds,
         rounds,
+        impact_residual,
+        fallbacks,
+        crossings,
         pairs_evaluated,
     } = diagnostics;
     to.real("dt", *dt);
@@ -209,6 +212,14 @@ fn step<'a>(to: &mut Gather<'a>, diagnostics: &'a StepDiagnostics) {
         to.integer("bonds", *bonds);
     }
     to.integer("rounds", *rounds);
+    if let Some(residual) = impact_residual {
+        to.real("impact_residual", *residual);
+    }
+    for (name, count) in [("fallbacks", fallbacks), ("crossings", crossings)] {
+        if let Some(count) = count {
+            to.integer(name, *count);
+        }
+    }
     to.integer("pairs_evaluated", *pairs_evaluated);
 }
 
@@ -308,10 +319,12 @@ fn checkpoint<'a>(to: &mut Gather<'a>, checkpoint: &'a Checkpoint) {
         counters,
         notices_given,
         collocation,
+        origin,
     } = checkpoint;
     to.real("time_rest", *time_rest);
     to.real("next_dt", *next_dt);
     to.columns(["x", "y", "z"], position);
+    to.reals("origin", origin.to_vec());
     to.columns(["vx", "vy", "vz"], velocity);
     if let Some(temperature) = temperature {
         to.column("temperature", temperature);

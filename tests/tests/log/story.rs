@@ -178,6 +178,9 @@ impl Kind {
             resting: step % 2,
             bonds: self.binding.then_some(step + 3),
             rounds: step % 5,
+            impact_residual: self.contact.then_some(1e-16),
+            fallbacks: self.contact.then_some(step % 2),
+            crossings: self.binding.then_some(step % 3),
             pairs_evaluated: 4950 * (step + 1),
         };
         let impacts = if self.contact && step % 2 == 1 { self.impacts(time, numbers) } else { Vec::new() };
@@ -210,6 +213,7 @@ impl Kind {
                 position_rest: self.columns(numbers),
                 velocity_rest: self.columns(numbers),
             }),
+            origin: if step.is_multiple_of(8) { [1048576.0, 0.0, -16.0] } else { [0.0; 3] },
         });
         let level = [Level::Info, Level::Warning, Level::Error][step as usize % 3];
         let notices = if step.is_multiple_of(5) {

@@ -35,6 +35,13 @@ impl Path {
         self.coefficients.iter().rev().fold(Vector3::zeros(), |sum, c| sum * x + c)
     }
 
+    /// Bound on how far it gets from its start until x [m].
+    #[must_use]
+    pub fn reach(&self, x: f64) -> f64 {
+        let sizes = self.coefficients.iter().skip(1).rev();
+        sizes.fold(0.0, |sum, c| (sum + c.norm()) * x)
+    }
+
     /// Velocity at x [m/s].
     #[must_use]
     pub fn velocity(&self, x: f64) -> Vector3<f64> {

@@ -270,6 +270,17 @@ impl Collocation {
         }
     }
 
+    /// Where all particles were during the attempt that is not committed yet.
+    #[must_use]
+    pub fn paths(&self, start: &Start<'_>, dt: f64) -> Vec<Path> {
+        (0..self.point.len()).map(|i| self.path(start, dt, i)).collect()
+    }
+
+    /// Forgets the last step, of whose polynomial nothing goes on: a force has just jumped.
+    pub fn break_off(&mut self) {
+        self.last_dt = 0.0;
+    }
+
     /// Accepts the attempt: velocities and accelerations become those of its end, and the next step starts there.
     pub fn commit(&mut self, velocity: &mut Columns, acceleration: &mut Columns) {
         let (dt, s, n) = (self.attempt_dt, self.tableau.points(), velocity.len());

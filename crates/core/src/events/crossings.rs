@@ -41,7 +41,7 @@ impl Crossings {
     /// Finds all crossings and adds what they do to `shifts`: (particle, metres, m/s).
     pub fn pass(
         &mut self,
-        field: &Field,
+        (field, ranks): (&Field, &[u32]),
         integrator: &Integrator,
         launch: &Launch<'_>,
         paths: &Paths,
@@ -54,6 +54,12 @@ impl Crossings {
         self.measure(launch, paths);
         self.pairs.clear();
         vectorized(Scan { field, launch, reach: &self.reach, pairs: &mut self.pairs });
+        let ranked = |&(i, j): &(u32, u32)| {
+            let (a, b) = (ranks[i as usize], ranks[j as usize]);
+            (a.min(b), a.max(b))
+        };
+        // Sums of several jumps must not depend on numbers.
+        self.pairs.sort_unstable_by_key(ranked);
         for k in 0..self.pairs.len() {
             let (i, j) = (self.pairs[k].0 as usize, self.pairs[k].1 as usize);
             if let Some(cutoff) = field.jumping_cutoff() {
@@ -114,7 +120,7 @@ fn crossings(launch: &Launch<'_>, paths: &Paths, i: usize, j: usize, shell: f64)
     let shift = image(launch, i, j);
     let mut inside = None;
     for (a, b, from, to) in intervals(launch, paths, i, j) {
-        let d = b.position(from) + shift - a.position(from);
+        let d = (b.position(from) - a.position(from)) + shift;
         let w = b.velocity(from) - a.velocity(from);
         let acceleration = b.a - a.a;
         let polynomial = [
@@ -132,7 +138,7 @@ fn crossings(launch: &Launch<'_>, paths: &Paths, i: usize, j: usize, shell: f64)
             let Some(next) = first_closing(&moved, to - from - tau) else { break };
             tau += next;
             let at = from + tau;
-            let d = b.position(at) + shift - a.position(at);
+            let d = (b.position(at) - a.position(at)) + shift;
             is_inside = !is_inside;
             found.push(Crossing { tau: at, normal: d.normalize(), inward: is_inside });
         }
@@ -181,11 +187,11 @@ fn intervals(launch: &Launch<'_>, paths: &Paths, i: usize, j: usize) -> Vec<(Pie
 }
 
 /// Finds pairs that may cross: those whose distance from a shell is within reach.
-struct Scan<'a> {
-    field: &'a Field,
-    launch: &'a Launch<'a>,
-    reach: &'a [f64],
-    pairs: &'a mut Vec<(u32, u32)>,
+pub(super) struct Scan<'a> {
+    pub(super) field: &'a Field,
+    pub(super) launch: &'a Launch<'a>,
+    pub(super) reach: &'a [f64],
+    pub(super) pairs: &'a mut Vec<(u32, u32)>,
 }
 
 impl Task for Scan<'_> {
@@ -250,8 +256,6 @@ impl<'a> Shells<'a> {
                 }
             }
         }
-        // An order that does not depend on places.
-        pairs.sort_unstable();
     }
 
     /// Whether any of some partners of i may cross a shell.

@@ -90,7 +90,7 @@ impl Impacts {
         law: &ContactLaw,
         time: f64,
         launch: &Launch<'_>,
-        warmth: &Warmth<'_>,
+        (warmth, ranks): (&Warmth<'_>, &[u32]),
         paths: &mut Paths,
         outcome: &mut Outcome<'_>,
     ) {
@@ -98,7 +98,7 @@ impl Impacts {
         self.start(n, warmth.thetas.is_some());
         self.candidates.find(launch);
         self.grow();
-        let mut step = Step { law, time, launch, warmth, paths, outcome };
+        let mut step = Step { law, time, launch, warmth, ranks, paths, outcome };
         self.begin(&mut step);
         while let Some(Reverse((bits, _, _, candidate, stamp))) = self.queue.pop() {
             if self.stamps[candidate as usize] == stamp {
@@ -213,9 +213,12 @@ impl Impacts {
             }
             row += 1;
         }
-        // An order that does not depend on how they were found.
+        // An order that depends neither on how they were found nor on numbers.
         let touches = &self.candidates.touches;
-        let key = |k: usize| (touches[k].i, touches[k].j().map_or(usize::MAX, |j| j), touches[k].partner_number());
+        let key = |k: usize| {
+            let (i, j) = (step.ranks[touches[k].i], touches[k].j().map_or(u32::MAX, |j| step.ranks[j]));
+            (i.min(j), i.max(j), touches[k].partner_number())
+        };
         self.members.sort_unstable_by_key(|&k| key(k));
         for m in 0..self.members.len() {
             let k = self.members[m];
@@ -346,6 +349,8 @@ struct Step<'a, 'b> {
     time: f64,
     launch: &'a Launch<'a>,
     warmth: &'a Warmth<'a>,
+    /// Places of the particles in an order that does not depend on their numbers.
+    ranks: &'a [u32],
     paths: &'a mut Paths,
     outcome: &'a mut Outcome<'b>,
 }

@@ -9,11 +9,13 @@ pub mod candidates;
 pub mod crossings;
 pub mod impacts;
 pub mod paths;
+pub mod restarts;
 pub mod roots;
 
 use crate::contact::ContactLaw;
 use crate::contact::instant::Booked;
 use crate::force::Field;
+use crate::frame::ranks;
 use crate::impact::Impact;
 use crate::integrator::Integrator;
 use crate::thermal::exchange::{Exchange, Exchanged};
@@ -42,6 +44,8 @@ pub struct Laws<'a> {
 /// What the events of a step did.
 #[derive(Clone, Debug, Default)]
 pub struct Events {
+    /// Places of the particles in an order that does not depend on their numbers, length n.
+    ranks: Vec<u32>,
     paths: Paths,
     impacts: Impacts,
     crossings: Crossings,
@@ -62,6 +66,12 @@ impl Events {
         contact.is_some_and(|law| law.located) || field.is_some_and(Field::jumps)
     }
 
+    /// No events yet, of particles in an order.
+    #[must_use]
+    pub fn new(order: &[u32]) -> Self {
+        Self { ranks: ranks(order), ..Self::default() }
+    }
+
     /// Goes through the events of a step whose parabolas are given by `launch`.
     pub fn pass(&mut self, laws: &Laws<'_>, launch: &Launch<'_>) {
         self.paths.start(launch.particles.len());
@@ -76,11 +86,11 @@ impl Events {
                 booked: &mut self.booked,
                 exchanged: &mut self.exchanged,
             };
-            self.impacts.pass(law, laws.time, launch, &warmth, &mut self.paths, &mut outcome);
+            self.impacts.pass(law, laws.time, launch, (&warmth, &self.ranks), &mut self.paths, &mut outcome);
         }
         self.collect(launch);
         if let Some(field) = laws.field.filter(|field| field.jumps()) {
-            self.crossings.pass(field, laws.integrator, launch, &self.paths, &mut self.shifts);
+            self.crossings.pass((field, &self.ranks), laws.integrator, launch, &self.paths, &mut self.shifts);
         }
     }
 

@@ -22,11 +22,15 @@ const LANE: Eight = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 /// Space of the loop, kept between calls.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct AllPairs {
+    /// Who stands where in the columns below.
+    order: Vec<u32>,
     ordered: Ordered,
     /// Weights in the first group.
     weight: Option<Vec<Block>>,
     position: [Vec<Block>; 3],
     strips: Vec<Strip>,
+    /// A component of all forces, in that order.
+    sums: Vec<f64>,
 }
 
 /// Rows, and the forces of their pairs on all particles from the first row's block on.
@@ -37,18 +41,23 @@ struct Strip {
 }
 
 impl AllPairs {
-    /// For n particles with the columns of a field.
-    pub(crate) fn new(n: usize, ordered: Ordered) -> Self {
+    /// For particles in an order, with the columns of a field in that order.
+    pub(crate) fn new(order: Vec<u32>, ordered: Ordered) -> Self {
+        let n = order.len();
         let empty = || vec![Block::default(); n.div_ceil(LANES)];
         let weight = ordered.first().map(blocks);
-        Self { ordered, weight, position: [empty(), empty(), empty()], strips: strips(n) }
+        let (position, strips, sums) = ([empty(), empty(), empty()], strips(n), vec![0.0; n]);
+        Self { order, ordered, weight, position, strips, sums }
     }
 
     /// Adds the forces of all pairs to `force`.
     pub(super) fn forces(&mut self, field: &Field, r: &Columns, force: &mut Columns) {
-        let Self { ordered, weight, position, strips } = self;
+        let Self { order, ordered, weight, position, strips, sums } = self;
         for (blocks, column) in position.iter_mut().zip(r.axes()) {
-            fill(blocks, column);
+            for (sorted, &i) in sums.iter_mut().zip(order.iter()) {
+                *sorted = column[i as usize];
+            }
+            fill(blocks, sums);
         }
         compose(field, ordered, Work { field, weight: weight.as_deref(), n: r.len(), position, strips });
         for (axis, force) in force.axes_mut().into_iter().enumerate() {
@@ -57,10 +66,14 @@ impl AllPairs {
                     strip.add(axis, share * SHARE, force);
                 }
             };
+            sums.fill(0.0);
             if strips.len() == 1 {
-                force.chunks_mut(SHARE).enumerate().for_each(add);
+                sums.chunks_mut(SHARE).enumerate().for_each(add);
             } else {
-                force.par_chunks_mut(SHARE).enumerate().for_each(add);
+                sums.par_chunks_mut(SHARE).enumerate().for_each(add);
+            }
+            for (sum, &i) in sums.iter().zip(order.iter()) {
+                force[i as usize] += sum;
             }
         }
     }

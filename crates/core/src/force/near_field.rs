@@ -9,10 +9,10 @@ use super::composition::{Composition, Ordered};
 use super::far::Far;
 use super::listed::Listed;
 use super::power::Power;
-use crate::assembly::locates;
 use crate::domain::Periodic;
+use crate::frame;
 use crate::neighbor::Neighbors;
-use crate::scene::{self, Scene, Weight};
+use crate::scene::{self, ModelKind, Scene, Weight};
 use crate::simd::{Lanes, Simd};
 use crate::state::{Columns, Particles};
 
@@ -205,7 +205,7 @@ impl Field {
                 largest: particles.radius.iter().copied().fold(0.0, f64::max),
             }
         });
-        let located = locates(scene);
+        let located = scene.model == ModelKind::Consistent;
         let composition = Composition::of(&groups, switch);
         let (neighbors, work) = (Neighbors::All, Work::Listed(Listed::default()));
         let mut field =
@@ -221,7 +221,14 @@ impl Field {
         field.neighbors = Neighbors::choose(field.reach(), start, periodic);
         if let Neighbors::All = field.neighbors {
             let (groups, binding) = (&field.groups, field.binding.as_ref());
-            field.work = Work::AllPairs(AllPairs::new(particles.len(), Ordered::new(groups, binding, <[f64]>::to_vec)));
+            // The paper's scheme depends on numbers and places anyway; its tables stay as they are.
+            let order = match scene.model {
+                ModelKind::Paper => (0..particles.len() as u32).collect(),
+                ModelKind::Consistent => frame::order(particles, start),
+            };
+            let sorted = |column: &[f64]| order.iter().map(|&i| column[i as usize]).collect();
+            let ordered = Ordered::new(groups, binding, sorted);
+            field.work = Work::AllPairs(AllPairs::new(order, ordered));
         }
         Some(field)
     }

@@ -30,6 +30,7 @@ pub fn checkpoint(checkpoint: &Checkpoint) -> v1::Checkpoint {
         counters,
         notices_given,
         collocation,
+        origin,
     } = checkpoint;
     let Totals {
         reaction_heat,
@@ -90,6 +91,7 @@ pub fn checkpoint(checkpoint: &Checkpoint) -> v1::Checkpoint {
         }),
         notices_given: *notices_given,
         carried: collocation.as_ref().map(carried),
+        origin: if *origin == [0.0; 3] { Vec::new() } else { origin.to_vec() },
     }
 }
 
@@ -149,6 +151,7 @@ pub fn read_checkpoint(message: v1::Checkpoint) -> Result<Checkpoint, Malformed>
         counters,
         notices_given,
         carried,
+        origin,
     } = message;
     let missing = |what: &str| Malformed(format!("a checkpoint without its {what}"));
     let position = read_columns(position, "positions")?;
@@ -221,6 +224,7 @@ pub fn read_checkpoint(message: v1::Checkpoint) -> Result<Checkpoint, Malformed>
             largest_momentum: largest_momentum.ok_or_else(|| missing("largest momentum"))?,
         },
         notices_given,
+        origin: if origin.is_empty() { [0.0; 3] } else { three(&origin, "origin")? },
         collocation: carried.map(read_carried).transpose()?,
     })
 }

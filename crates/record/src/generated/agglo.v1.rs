@@ -12,7 +12,7 @@ pub struct Checkpoint {
     /// Next step size before it is clipped to the run's end \[s\].
     #[prost(double, tag = "3")]
     pub next_dt: f64,
-    /// Positions \[m\].
+    /// Positions, relative to `origin` \[m\].
     #[prost(message, optional, tag = "4")]
     pub position: ::core::option::Option<Columns>,
     /// Velocities \[m/s\].
@@ -48,6 +48,9 @@ pub struct Checkpoint {
     /// What the integrator carries from step to step; absent where it carries nothing.
     #[prost(message, optional, tag = "15")]
     pub carried: ::core::option::Option<Carried>,
+    /// What positions and list positions are relative to, three components \[m\]; empty: zero.
+    #[prost(double, repeated, tag = "16")]
+    pub origin: ::prost::alloc::vec::Vec<f64>,
 }
 /// What an integrator carries from step to step.
 #[derive(Clone, PartialEq, ::prost::Message)]
@@ -401,12 +404,24 @@ pub struct StepDiagnostics {
     /// Bonded pairs \[-\]; absent without binding.
     #[prost(uint64, optional, tag = "14")]
     pub bonds: ::core::option::Option<u64>,
-    /// Rounds of impacts solved at the step's end \[-\].
+    /// Rounds of impacts solved at the step's end, or at its instants where impacts are located \[-\].
     #[prost(uint64, tag = "15")]
     pub rounds: u64,
     /// Pair distances evaluated for forces, rejected attempts included, each unordered pair once \[-\].
     #[prost(uint64, tag = "16")]
     pub pairs_evaluated: u64,
+    /// Largest approach speed that the step's impact instants left to touching contacts \[m/s\]; absent where impacts are not
+    /// located in time.
+    #[prost(double, optional, tag = "17")]
+    pub impact_residual: ::core::option::Option<f64>,
+    /// Impact instants that ran out of rounds, sweeps or exchanges, or held bodies that bounce no more in this step \[-\]; absent
+    /// where impacts are not located in time.
+    #[prost(uint64, optional, tag = "18")]
+    pub fallbacks: ::core::option::Option<u64>,
+    /// Crossings of the cut-off and of the activation distance located in the step \[-\]; absent where no force jumps at a located
+    /// crossing.
+    #[prost(uint64, optional, tag = "19")]
+    pub crossings: ::core::option::Option<u64>,
 }
 /// An attempt at a step that was given up.
 #[derive(Clone, Copy, PartialEq, ::prost::Message)]

@@ -101,7 +101,8 @@ impl StepSize {
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Tolerance {
-    /// Positions, TOL_r [-]: relative to the positions in `paper`, to the mean diameter in `consistent`.
+    /// Positions, TOL_r [-]: relative to the positions in `paper`, to the mean diameter in `consistent`, where adaptive steps of
+    /// the second-order schemes keep their local error below TOL_r^(3/2).
     #[schemars(extend("exclusiveMinimum" = 0.0))]
     pub position: f64,
     /// Temperatures, TOL_theta, relative [-].

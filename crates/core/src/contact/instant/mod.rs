@@ -8,6 +8,11 @@
 //! A contact that the fields press together passes to rest where the rest of its bounces, sum u e^k, would be over within
 //! the step: its further impulses are booked as heat at once.
 
+mod hold;
+mod problem;
+mod report;
+mod slide;
+
 use super::complementarity::Complementarity;
 use super::friction::tangential;
 use super::{ContactLaw, Touch};
@@ -121,6 +126,10 @@ pub struct Booked {
     pub resting: u64,
     /// Rounds of impacts.
     pub rounds: u64,
+    /// Largest approach left to contacts that touch [m/s].
+    pub residual: f64,
+    /// Instants that ended otherwise than by their rule.
+    pub fallbacks: u64,
     /// Kinetic energy taken by contacts at rest, sliding included [J].
     pub resting_loss: f64,
     /// Momentum given to the cloud by walls [N s].
@@ -153,6 +162,8 @@ pub struct Instant {
     pub joints: Vec<Joint>,
     problem: Complementarity,
     active: Vec<usize>,
+    /// Whether some limit was reached before the rule was met.
+    fell_back: bool,
 }
 
 impl Instant {
@@ -163,13 +174,17 @@ impl Instant {
         let length = self.joints.iter().map(|joint| joint.radius).fold(0.0, f64::max);
         let still = (ROUND_OFF * fastest).max(VELOCITY_ROUND_OFF * speed).max(LENGTH_ROUND_OFF * length / moment.dt);
         booked.contacts += (0..self.joints.len()).filter(|&k| self.approach(k) > still).count() as u64;
+        self.fell_back = self.bodies.iter().any(|body| body.worn);
         let mut rounds = 0;
         while rounds < MAX_ROUNDS && self.round(moment, still, impacts, booked) {
             rounds += 1;
         }
+        self.fell_back |= rounds == MAX_ROUNDS;
         booked.rounds += rounds;
         self.rest(moment, still, impacts, booked);
+        booked.residual = (0..self.joints.len()).map(|k| self.approach(k)).fold(booked.residual, f64::max);
         self.hold(moment, booked);
+        booked.fallbacks += u64::from(self.fell_back);
     }
 
     /// u of contact k: the speed at which its gap closes [m/s].
@@ -315,296 +330,7 @@ impl Instant {
         self.joints.iter().zip(approach).map(hop).collect()
     }
 
-    /// Forces that keep contacts closed for the rest of the step, and the first half of their friction.
-    fn hold(&mut self, moment: &Moment<'_>, booked: &mut Booked) {
-        let pressing: Few<f64> = (0..self.joints.len()).map(|k| self.pressing(k)).collect();
-        let most = pressing.iter().copied().fold(0.0, f64::max);
-        for joint in &mut self.joints {
-            joint.force = 0.0;
-        }
-        if most <= 0.0 || moment.left <= 0.0 {
-            return;
-        }
-        let resting: Few<usize> =
-            (0..self.joints.len()).filter(|&k| -2.0 * self.approach(k) <= HOP * most * moment.dt).collect();
-        self.find_forces(&resting);
-        for &k in &resting {
-            let Joint { i, j, normal, force, .. } = self.joints[k];
-            let (bodies, push) = (&mut self.bodies, normal * force);
-            let inverse_mass = bodies[i].inverse_mass;
-            bodies[i].a -= push * inverse_mass;
-            if let Some(j) = j {
-                let inverse_mass = bodies[j].inverse_mass;
-                bodies[j].a += push * inverse_mass;
-            }
-        }
-        booked.resting += resting.iter().filter(|&&k| self.joints[k].force > 0.0).count() as u64;
-        self.rub_held(moment, 0.5 * moment.left, booked);
-    }
-
-    /// The end of what held contacts closed for a time [s], with forces [N] along normals at its begin, one for each
-    /// contact: the mean of both ends counts, as for the fields; then the second half of friction.
-    pub fn end(&mut self, moment: &Moment<'_>, time: f64, holds: &[(f64, Vector3<f64>)], booked: &mut Booked) {
-        let held: Few<usize> = (0..self.joints.len()).filter(|&k| self.joints[k].held).collect();
-        self.find_forces(&held);
-        for &k in &held {
-            let (force, normal) = holds[k];
-            let change = normal * force - self.joints[k].normal * self.joints[k].force;
-            self.give(k, change * (0.5 * time), booked);
-        }
-        self.rub_held(moment, 0.5 * time, booked);
-    }
-
-    /// Forces that take the approach acceleration of these contacts to zero, or above where they need not push.
-    fn find_forces(&mut self, members: &[usize]) {
-        let pressing: Few<f64> = members.iter().map(|&k| self.pressing(k)).collect();
-        self.push(members, |row| pressing[row]);
-        for &k in members {
-            self.joints[k].force = self.joints[k].impulse;
-        }
-    }
-
-    /// Friction of held contacts over a time [s].
-    fn rub_held(&mut self, moment: &Moment<'_>, time: f64, booked: &mut Booked) {
-        if moment.law.friction.is_none() {
-            return;
-        }
-        let held: Few<usize> = (0..self.joints.len()).filter(|&k| self.joints[k].force > 0.0).collect();
-        for &k in &held {
-            self.joints[k].impulse = self.joints[k].force * time;
-        }
-        let energy = self.kinetic();
-        self.rub(&held, moment, booked);
-        booked.resting_loss += energy - self.kinetic();
-    }
-
     fn kinetic(&self) -> f64 {
         self.bodies.iter().map(|body| 0.5 * body.v.norm_squared() / body.inverse_mass).sum()
-    }
-
-    /// Impulses (or forces) of some contacts such that W P >= demand, the least that do, none negative.
-    fn push(&mut self, members: &[usize], demand: impl Fn(usize) -> f64) {
-        self.push_free(members, demand, |_| false);
-    }
-
-    fn push_free(&mut self, members: &[usize], demand: impl Fn(usize) -> f64, free: impl Fn(usize) -> bool) {
-        if members.len() > FULL {
-            return self.sweep(members, demand, free);
-        }
-        let mut problem = std::mem::take(&mut self.problem);
-        problem.start(members.len());
-        for (row, &k) in members.iter().enumerate() {
-            problem.demand[row] = demand(row);
-            problem.free[row] = free(row);
-            for (column, &l) in members[..=row].iter().enumerate() {
-                let coupling = self.coupling(k, l);
-                if coupling != 0.0 {
-                    problem.couple(row, column, coupling);
-                }
-            }
-        }
-        problem.solve();
-        for (row, &k) in members.iter().enumerate() {
-            self.joints[k].impulse = problem.solution[row];
-        }
-        self.problem = problem;
-    }
-
-    /// W_kl = n_k.n_l over the masses of shared particles, with its sign [1/kg].
-    fn coupling(&self, k: usize, l: usize) -> f64 {
-        let (a, b) = (&self.joints[k], &self.joints[l]);
-        let cosine = a.normal.dot(&b.normal);
-        if k == l {
-            return 1.0 / a.effective_mass;
-        }
-        let weight = |row: usize| self.bodies[row].inverse_mass * cosine;
-        let mut sum = 0.0;
-        if a.i == b.i {
-            sum += weight(a.i);
-        }
-        if b.j == Some(a.i) {
-            sum -= weight(a.i);
-        }
-        if let Some(j) = a.j {
-            if b.j == Some(j) {
-                sum += weight(j);
-            }
-            if b.i == j {
-                sum -= weight(j);
-            }
-        }
-        sum
-    }
-
-    /// The same by sweeps over the contacts, for large problems.
-    fn sweep(&mut self, members: &[usize], demand: impl Fn(usize) -> f64, free: impl Fn(usize) -> bool) {
-        let mut given = vec![Vector3::zeros(); self.bodies.len()];
-        let scale = (0..members.len()).map(|row| demand(row).abs()).fold(0.0, f64::max);
-        for &k in members {
-            self.joints[k].impulse = 0.0;
-        }
-        for _ in 0..MAX_SWEEPS {
-            let mut worst: f64 = 0.0;
-            for (row, &k) in members.iter().enumerate() {
-                let Joint { i, j, normal, effective_mass, impulse, .. } = self.joints[k];
-                let done: Vector3<f64> = j.map_or(Vector3::zeros(), |j| given[j]) - given[i];
-                let wanted = impulse + effective_mass * (demand(row) - done.dot(&normal));
-                let wanted = if free(row) { wanted } else { wanted.max(0.0) };
-                let change = wanted - impulse;
-                worst = worst.max(change.abs() / effective_mass);
-                self.joints[k].impulse = wanted;
-                given[i] -= normal * (change * self.bodies[i].inverse_mass);
-                if let Some(j) = j {
-                    given[j] += normal * (change * self.bodies[j].inverse_mass);
-                }
-            }
-            if worst <= SWEPT * scale {
-                break;
-            }
-        }
-    }
-
-    /// Gives the bodies the impulses of these contacts.
-    fn kick(&mut self, members: &[usize], booked: &mut Booked) {
-        for &k in members {
-            let push = -self.joints[k].normal * self.joints[k].impulse;
-            self.give(k, push, booked);
-        }
-    }
-
-    /// Gives impulse p to i and -p to its partner.
-    fn give(&mut self, k: usize, p: Vector3<f64>, booked: &mut Booked) {
-        let Joint { i, j, .. } = self.joints[k];
-        let bodies = &mut self.bodies;
-        let inverse_mass = bodies[i].inverse_mass;
-        bodies[i].v += p * inverse_mass;
-        match j {
-            Some(j) => {
-                let inverse_mass = bodies[j].inverse_mass;
-                bodies[j].v -= p * inverse_mass;
-            }
-            None => booked.wall_impulse += p,
-        }
-    }
-
-    /// Friction (33) at the impulses of these contacts; says which slip.
-    fn rub(&mut self, members: &[usize], moment: &Moment<'_>, booked: &mut Booked) -> Few<bool> {
-        let mut slips: Few<bool> = smallvec![false; members.len()];
-        for &k in members {
-            self.joints[k].tangential = Vector3::zeros();
-        }
-        let Some(friction) = moment.law.friction else { return slips };
-        let fastest = members.iter().map(|&k| self.sliding(k).norm()).fold(0.0, f64::max);
-        let (mut bound, mut decided) = (friction.static_, false);
-        for _ in 0..MAX_FRICTION_SWEEPS {
-            let mut worst: f64 = 0.0;
-            for (row, &k) in members.iter().enumerate() {
-                let limit = if slips[row] { friction.dynamic } else { bound } * self.joints[k].impulse.max(0.0);
-                worst = worst.max(self.rub_one(k, limit, booked) / self.joints[k].effective_mass);
-            }
-            let settled = worst <= RUBBED * fastest || members.len() == 1;
-            if settled && decided {
-                break;
-            }
-            if settled {
-                // Those at the static bound slide, with the dynamic coefficient.
-                for (row, &k) in members.iter().enumerate() {
-                    let limit = friction.static_ * self.joints[k].impulse.max(0.0);
-                    slips[row] = self.sliding(k).norm() > RUBBED * fastest
-                        && self.joints[k].tangential.norm() >= limit * (1.0 - RUBBED);
-                }
-                decided = true;
-                bound = friction.static_;
-                if !slips.contains(&true) {
-                    break;
-                }
-            }
-        }
-        slips
-    }
-
-    /// Least kinetic energy over the disc of one contact; returns the size of the change [N s].
-    fn rub_one(&mut self, k: usize, limit: f64, booked: &mut Booked) -> f64 {
-        let Joint { tangential: given, effective_mass, .. } = self.joints[k];
-        let stick = given - self.sliding(k) * effective_mass;
-        let size = stick.norm();
-        let wanted = if size > limit { stick * (limit / size) } else { stick };
-        let change = wanted - given;
-        self.joints[k].tangential = wanted;
-        self.give(k, change, booked);
-        change.norm()
-    }
-
-    /// Reaction heat at the impulse of contact k, given to its particles [J].
-    fn react(
-        &mut self,
-        k: usize,
-        moment: &Moment<'_>,
-        heat: impl Fn(&crate::thermal::reaction::ReactionHeat, f64, f64) -> f64,
-    ) -> f64 {
-        self.react_with(k, moment, self.joints[k].impulse, heat)
-    }
-
-    fn react_with(
-        &mut self,
-        k: usize,
-        moment: &Moment<'_>,
-        impulse: f64,
-        heat: impl Fn(&crate::thermal::reaction::ReactionHeat, f64, f64) -> f64,
-    ) -> f64 {
-        let Some(reaction) = &moment.law.reaction else { return 0.0 };
-        let Joint { i, j, radius, .. } = self.joints[k];
-        // The duration only turns the impulse into the mean force of the reaction law.
-        let heat = heat(reaction, impulse / moment.law.duration(0.0), radius);
-        for row in [Some(i), j].into_iter().flatten() {
-            self.bodies[row].theta += heat / self.bodies[row].capacity;
-        }
-        heat
-    }
-
-    fn report(
-        &self,
-        k: usize,
-        moment: &Moment<'_>,
-        (u, after, e): (f64, f64, f64),
-        slide: Vector3<f64>,
-        slip: Option<bool>,
-        heat: f64,
-    ) -> Impact {
-        let joint = &self.joints[k];
-        Impact {
-            time: moment.time,
-            particle: joint.touch.i as u32,
-            partner: joint.touch.partner,
-            normal: joint.normal.into(),
-            gap_rate_before: -u,
-            gap_rate_after: after,
-            tangential_before: slide.into(),
-            tangential_after: self.sliding(k).into(),
-            restitution: e,
-            normal_impulse: joint.impulse,
-            tangential_impulse: joint.tangential.into(),
-            slip,
-            heat,
-            position: joint.position.into(),
-        }
-    }
-
-    /// The least moves (by mass) that take the gaps of these contacts to zero; NaN: of no concern. (body, metres) each.
-    pub fn close(&mut self, gaps: &[f64]) -> Vec<(usize, Vector3<f64>)> {
-        let members: Vec<usize> = (0..gaps.len()).filter(|&k| gaps[k].is_finite()).collect();
-        if !members.iter().any(|&k| gaps[k].abs() > DRIFT * self.joints[k].radius) {
-            return Vec::new();
-        }
-        self.push_free(&members, |row| -gaps[members[row]], |_| true);
-        let mut moves = vec![Vector3::zeros(); self.bodies.len()];
-        for &k in &members {
-            let Joint { i, j, normal, impulse, .. } = self.joints[k];
-            moves[i] -= normal * (impulse * self.bodies[i].inverse_mass);
-            if let Some(j) = j {
-                moves[j] += normal * (impulse * self.bodies[j].inverse_mass);
-            }
-        }
-        moves.into_iter().enumerate().collect()
     }
 }
