@@ -80,8 +80,7 @@ impl Cells {
         if !grid.has_neighbours() {
             return one();
         }
-        let (order, index) =
-            if grid.cells() <= (TABLE * n) as u128 { counted(r, &grid) } else { sorted(r, &grid) };
+        let (order, index) = if grid.cells() <= (TABLE * n) as u128 { counted(r, &grid) } else { sorted(r, &grid) };
         Self { grid: Some(grid), order, index }
     }
 

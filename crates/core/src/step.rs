@@ -1,5 +1,6 @@
 //! One step of the solver, as the paper's loop (55) has it: attempts, until one is accepted.
 
+use crate::collocation::Collocation;
 use crate::contact::resolve::{Bodies, Resolution, lift, resolve};
 use crate::contact::search::{TOUCHING, visit_close};
 use crate::convergence::Verdict;
@@ -7,7 +8,9 @@ use crate::diagnostics::{Level, Notice, RejectedAttempt, RejectionCause, StepDia
 use crate::error::RunError;
 use crate::events::Events;
 use crate::impact::Partner;
+use crate::local_error::LocalErrors;
 use crate::scene::ModelKind;
+use crate::simd::vectorized;
 use crate::simulation::{OnceNotice, Simulation};
 use crate::stagger::Start;
 use crate::state::Columns;
@@ -110,32 +113,40 @@ impl Simulation {
     /// position tolerance [-]. A kick that turns the motion of the whole cloud around counts as too large at any tolerance:
     /// near a singular attraction that difference is small although nothing is resolved.
     fn local_error(&self, dt: f64) -> Worst {
-        let integrator = &self.model.integrator;
-        let (new, old) = (integrator.position_new - 1.0 / 6.0, integrator.position_old - 1.0 / 3.0);
-        // A jump at a crossing is accounted for and is no error.
-        let jump = |i: usize| self.events.as_ref().map_or(Vector3::zeros(), |events| events.jump(i));
-        let next = |i: usize| self.stagger.field_force.get(i) / self.particles.mass[i] - jump(i);
-        let n = self.acceleration.len();
-        let scale = dt * dt / (self.model.mean_diameter * self.tolerance);
-        let error = match &self.stagger.collocation {
-            Some(collocation) => {
-                let error = collocation.local_error(dt);
-                Worst { size: error.size / (self.model.mean_diameter * self.tolerance), ..error }
-            }
-            None => Worst::of((0..n).map(|i| scale * (next(i) * new + self.acceleration.get(i) * old).norm())),
+        let (error, kick) = match &self.stagger.collocation {
+            Some(collocation) => self.collocation_error(collocation, dt),
+            None => self.local_errors(dt),
         };
-        let unresolved = if self.stagger.collocation.is_some() { 0.1 } else { 0.5 };
+        if kick.size > KICK && error.size <= 1.0 { Worst { size: 8.0, ..kick } } else { error }
+    }
+
+    fn local_errors(&self, dt: f64) -> (Worst, Worst) {
+        let integrator = &self.model.integrator;
+        vectorized(LocalErrors {
+            before: &self.acceleration,
+            force: &self.stagger.field_force,
+            jump: self.events.as_ref().and_then(Events::jumps),
+            mass: &self.particles.mass,
+            velocity: &self.state.velocity,
+            dt,
+            scale: dt * dt / (self.model.mean_diameter * self.tolerance),
+            weights: (integrator.position_new - 1.0 / 6.0, integrator.position_old - 1.0 / 3.0),
+            unresolved: 0.5,
+        })
+    }
+
+    fn collocation_error(&self, collocation: &Collocation, dt: f64) -> (Worst, Worst) {
+        let error = collocation.local_error(dt);
+        let error = Worst { size: error.size / (self.model.mean_diameter * self.tolerance), ..error };
+        let n = self.acceleration.len();
         let fastest = (0..n).map(|i| self.state.velocity.get(i).norm()).fold(0.0, f64::max);
         let kick = Worst::of((0..n).map(|i| {
-            let (before, after) = (self.acceleration.get(i), next(i));
-            let (change, size) = match &self.stagger.collocation {
-                Some(collocation) => collocation.defect(i),
-                None => ((after - before).norm(), before.norm().max(after.norm())),
-            };
+            let (before, after) = (self.acceleration.get(i), self.stagger.field_force.get(i) / self.particles.mass[i]);
+            let (change, size) = collocation.defect(i);
             let own = (self.state.velocity.get(i) + (before + after) * (0.5 * dt)).norm();
-            if change > unresolved * size { dt * change / fastest.max(own).max(0.5 * dt * size) } else { 0.0 }
+            if change > 0.1 * size { dt * change / fastest.max(own).max(0.5 * dt * size) } else { 0.0 }
         }));
-        if kick.size > KICK && error.size <= 1.0 { Worst { size: 8.0, ..kick } } else { error }
+        (error, kick)
     }
 
     /// Bound on how far any two (or one and a wall) came nearer, over what contacts allow in a step [-].
@@ -493,6 +504,9 @@ impl Simulation {
         let momentum = self.momentum_size();
         self.counters.largest_momentum = self.counters.largest_momentum.max(momentum);
         let bad = |columns: &Columns| {
+            if columns.is_finite() {
+                return None;
+            }
             (0..columns.len())
                 .find_map(|i| columns.get(i).iter().copied().find(|x| !x.is_finite()).map(|value| (i as u32, value)))
         };

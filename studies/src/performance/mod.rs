@@ -3,6 +3,7 @@
 //! A case is a file of its own and a line in [`CASES`].
 
 mod cloud;
+mod cooling;
 mod effects;
 mod fluid;
 mod measure;
@@ -80,6 +81,7 @@ pub const CASES: &[Case] = &[
     Case { name: "pairs", run: pairs::run },
     Case { name: "fluid", run: fluid::run },
     Case { name: "cloud", run: cloud::run },
+    Case { name: "cooling", run: cooling::run },
     Case { name: "effects", run: effects::run },
     Case { name: "threads", run: threads::run },
 ];
