@@ -79,6 +79,11 @@ fn run(options: &Options) -> Result<(), Failure> {
     if options.quick || options.print {
         print!("{text}");
     } else {
+        let folder = root.join("docs/performance");
+        std::fs::create_dir_all(&folder)?;
+        for (name, svg) in sections.iter().filter_map(|section| section.figure.as_ref()) {
+            std::fs::write(folder.join(name).with_extension("svg"), svg)?;
+        }
         std::fs::write(root.join("docs/performance.md"), text)?;
         println!("wrote docs/performance.md");
     }

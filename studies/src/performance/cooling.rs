@@ -88,6 +88,7 @@ pub fn run(context: &Context) -> Result<Section, Failure> {
              n = 10000: DynamO (event-driven) 1.63 s, LAMMPS (soft spheres) 10.1 s."
         ),
         rows,
+        figure: None,
     })
 }
 

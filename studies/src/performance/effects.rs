@@ -66,5 +66,6 @@ pub fn run(context: &Context) -> Result<Section, Failure> {
              each effect adds to the computing time. `nothing` says how well that can be measured."
         ),
         rows,
+        figure: None,
     })
 }

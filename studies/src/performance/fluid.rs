@@ -142,6 +142,7 @@ pub fn run(context: &Context) -> Result<Section, Failure> {
             fluid.len()
         ),
         rows,
+        figure: None,
     })
 }
 

@@ -10,6 +10,7 @@ mod measure;
 mod page;
 mod pairs;
 mod paper;
+mod scaling;
 mod threads;
 
 use std::path::PathBuf;
@@ -65,6 +66,8 @@ pub struct Section {
     pub about: String,
     /// Numbers.
     pub rows: Vec<Row>,
+    /// A diagram: its name and SVG.
+    pub figure: Option<(&'static str, String)>,
 }
 
 /// A case.
