@@ -16,6 +16,8 @@ const CELLS_FROM: usize = 200;
 const ROWS: [[i64; 2]; 4] = [[1, 0], [-1, 1], [0, 1], [1, 1]];
 /// Most runs of places that one point meets: its own, one across the end of a periodic direction, and two for each row.
 const RUNS: usize = 2 + 2 * ROWS.len();
+/// Most cells for a point that have an entry in a table each.
+const TABLE: usize = 8;
 /// Cells that are looked at one by one before their place is found by bisection.
 const NEAR: usize = 8;
 
@@ -26,8 +28,17 @@ pub struct Cells {
     grid: Option<Grid>,
     /// The point at every place, length n.
     order: Vec<u32>,
+    index: Index,
+}
+
+/// Where the points of a cell are.
+#[derive(Clone, Debug)]
+enum Index {
     /// Key of every cell that holds points and its first place, ascending; at the end a place beyond the last.
-    cells: Vec<(u64, u32)>,
+    Sorted(Vec<(u64, u32)>),
+    /// First place of every cell, and at the end a place beyond the last: nothing has to be looked for, where the space is
+    /// not too empty.
+    Table(Vec<u32>),
 }
 
 /// The runs of places that a point meets.
@@ -57,7 +68,11 @@ impl Cells {
     #[must_use]
     pub fn new(r: &Columns, reach: f64, periodic: &Periodic) -> Self {
         let n = r.len();
-        let one = || Self { grid: None, order: (0..n as u32).collect(), cells: vec![(0, 0), (u64::MAX, n as u32)] };
+        let one = || Self {
+            grid: None,
+            order: (0..n as u32).collect(),
+            index: Index::Sorted(vec![(0, 0), (u64::MAX, n as u32)]),
+        };
         if n < CELLS_FROM || !reach.is_finite() || reach <= 0.0 {
             return one();
         }
@@ -65,16 +80,8 @@ impl Cells {
         if !grid.has_neighbours() {
             return one();
         }
-        let mut keyed: Vec<(u64, u32)> = (0..n).map(|i| (grid.key(grid.cell(r, i)), i as u32)).collect();
-        keyed.sort_unstable();
-        let mut cells: Vec<(u64, u32)> = Vec::new();
-        for (place, &(key, _)) in keyed.iter().enumerate() {
-            if cells.last().is_none_or(|&(held, _)| held != key) {
-                cells.push((key, place as u32));
-            }
-        }
-        cells.push((u64::MAX, n as u32));
-        Self { grid: Some(grid), order: keyed.into_iter().map(|(_, i)| i).collect(), cells }
+        let (order, index) = if grid.cells() <= (TABLE * n) as u128 { counted(r, &grid) } else { sorted(r, &grid) };
+        Self { grid: Some(grid), order, index }
     }
 
     /// The point at every place, length n.
@@ -105,77 +112,148 @@ impl Cells {
     /// within reach is met once.
     #[inline(always)]
     pub fn walk(&self, places: Range<usize>, visitor: &mut impl Visit) {
-        let mut cell = self.cells.partition_point(|&(_, first)| first as usize <= places.start).saturating_sub(1);
+        let mut cell = self.index.holding(places.start);
         let mut cursors = [0; ROWS.len()];
         let mut place = places.start;
         while place < places.end {
-            let mut runs = self.runs(cell, &mut cursors);
-            let end = self.first(cell + 1).min(places.end);
-            for place in place..end {
-                runs.runs[0].start = place + 1;
-                visitor.visit(place, &runs.runs[..runs.count]);
+            let end = self.index.first(cell + 1).min(places.end);
+            if place < end {
+                let mut runs = self.runs(cell, &mut cursors);
+                for place in place..end {
+                    runs.runs[0].start = place + 1;
+                    visitor.visit(place, &runs.runs[..runs.count]);
+                }
+                place = end;
             }
-            place = end;
             cell += 1;
         }
-    }
-
-    /// First place of a cell.
-    fn first(&self, cell: usize) -> usize {
-        self.cells[cell.min(self.cells.len() - 1)].1 as usize
     }
 
     /// The runs that the points of a cell meet; the first begins behind the point itself.
     fn runs(&self, cell: usize, cursors: &mut [usize; ROWS.len()]) -> Runs {
         let mut runs = Runs::default();
-        let end = self.first(cell + 1);
-        runs.runs[0] = self.first(cell)..end;
+        runs.runs[0] = self.index.first(cell)..self.index.first(cell + 1);
         runs.count = 1;
         let Some(grid) = &self.grid else { return runs };
-        let key = self.cells[cell].0;
-        let [x, y, z] = Grid::cell_of(key);
+        let [x, y, z] = self.index.cell(grid, cell);
+        let row = |from: i64, to: i64, y: i64, z: i64, near: usize| self.index.between(grid, [from, y, z], to, near);
         if grid.is_last(0, x) {
-            runs.push(self.between(grid.key([0, y, z]), grid.key([0, y, z]), 0).0);
-        } else if self.cells[cell + 1].0 == key + 1 {
-            runs.runs[0].end = self.first(cell + 2);
+            runs.push(row(0, 0, y, z, 0).0);
+        } else if let Some(next) = grid.step(0, x, 1) {
+            runs.runs[0].end = row(next, next, y, z, cell).0.end.max(runs.runs[0].end);
         }
+        let (left, right) = (grid.step(0, x, -1), grid.step(0, x, 1));
+        let (from, to) = (left.unwrap_or(x).min(x), right.unwrap_or(x).max(x));
         for ([dy, dz], cursor) in ROWS.into_iter().zip(cursors) {
             let (Some(y), Some(z)) = (grid.step(1, y, dy), grid.step(2, z, dz)) else { continue };
-            let (left, right) = (grid.step(0, x, -1), grid.step(0, x, 1));
-            let (from, to) = (left.unwrap_or(x).min(x), right.unwrap_or(x).max(x));
-            let (run, found) = self.between(grid.key([from, y, z]), grid.key([to, y, z]), *cursor);
+            let (run, found) = row(from, to, y, z, *cursor);
             *cursor = found;
             runs.push(run);
             // Across the end of a periodic direction there is a second run.
             for other in [left.filter(|left| *left > x), right.filter(|right| *right < x)].into_iter().flatten() {
-                runs.push(self.between(grid.key([other, y, z]), grid.key([other, y, z]), 0).0);
+                runs.push(row(other, other, y, z, 0).0);
             }
         }
         runs
     }
+}
 
-    /// Places of the cells with keys from one to another, and the number of the first such cell; it is looked for from
-    /// `near` on first.
-    fn between(&self, from: u64, to: u64, near: usize) -> (Range<usize>, usize) {
-        let first = self.seek(from, near);
-        let mut end = first;
-        while self.cells[end].0 <= to && end + 1 < self.cells.len() {
-            end += 1;
+/// Points in the order of the cells that hold them, by counting.
+fn counted(r: &Columns, grid: &Grid) -> (Vec<u32>, Index) {
+    let cells: Vec<u32> = (0..r.len()).map(|i| grid.number(grid.cell(r, i)) as u32).collect();
+    let mut first = vec![0_u32; grid.cells() as usize + 1];
+    for &cell in &cells {
+        first[cell as usize + 1] += 1;
+    }
+    for cell in 1..first.len() {
+        first[cell] += first[cell - 1];
+    }
+    let mut order = vec![0; cells.len()];
+    for (i, &cell) in cells.iter().enumerate() {
+        order[first[cell as usize] as usize] = i as u32;
+        first[cell as usize] += 1;
+    }
+    // Each entry has moved on to the first place of the next cell.
+    first.rotate_right(1);
+    first[0] = 0;
+    (order, Index::Table(first))
+}
+
+/// The same by sorting, where most cells are empty.
+fn sorted(r: &Columns, grid: &Grid) -> (Vec<u32>, Index) {
+    let n = r.len();
+    let mut keyed: Vec<(u64, u32)> = (0..n).map(|i| (grid.key(grid.cell(r, i)), i as u32)).collect();
+    keyed.sort_unstable();
+    let mut cells: Vec<(u64, u32)> = Vec::new();
+    for (place, &(key, _)) in keyed.iter().enumerate() {
+        if cells.last().is_none_or(|&(held, _)| held != key) {
+            cells.push((key, place as u32));
         }
-        (self.first(first)..self.first(end), first)
+    }
+    cells.push((u64::MAX, n as u32));
+    (keyed.into_iter().map(|(_, i)| i).collect(), Index::Sorted(cells))
+}
+
+impl Index {
+    /// First place of a cell.
+    #[inline(always)]
+    fn first(&self, cell: usize) -> usize {
+        match self {
+            Self::Sorted(cells) => cells[cell.min(cells.len() - 1)].1 as usize,
+            Self::Table(first) => first[cell.min(first.len() - 1)] as usize,
+        }
     }
 
-    /// The first cell whose key is not below `key`.
-    fn seek(&self, key: u64, near: usize) -> usize {
-        let behind = near == 0 || self.cells[near - 1].0 < key;
-        if behind {
-            let window = &self.cells[near..self.cells.len().min(near + NEAR)];
-            if let Some(found) = window.iter().position(|&(held, _)| held >= key) {
-                return near + found;
+    /// The cell that holds a place.
+    fn holding(&self, place: usize) -> usize {
+        match self {
+            Self::Sorted(cells) => cells.partition_point(|&(_, first)| first as usize <= place),
+            Self::Table(first) => first.partition_point(|&first| first as usize <= place),
+        }
+        .saturating_sub(1)
+    }
+
+    /// Where in the grid a cell is.
+    #[inline(always)]
+    fn cell(&self, grid: &Grid, cell: usize) -> [i64; 3] {
+        match self {
+            Self::Sorted(cells) => Grid::cell_of(cells[cell].0),
+            Self::Table(_) => grid.cell_at(cell),
+        }
+    }
+
+    /// Places of the cells of a row up to one along x, and the number of the first of them; it is looked for from `near` on
+    /// first.
+    #[inline(always)]
+    fn between(&self, grid: &Grid, from: [i64; 3], to: i64, near: usize) -> (Range<usize>, usize) {
+        match self {
+            Self::Table(first) => {
+                let cell = grid.number(from);
+                (first[cell] as usize..first[cell + 1 + (to - from[0]) as usize] as usize, cell)
+            }
+            Self::Sorted(cells) => {
+                let (key, last) = (grid.key(from), grid.key([to, from[1], from[2]]));
+                let begin = seek(cells, key, near);
+                let mut end = begin;
+                while cells[end].0 <= last && end + 1 < cells.len() {
+                    end += 1;
+                }
+                (cells[begin].1 as usize..cells[end].1 as usize, begin)
             }
         }
-        self.cells.partition_point(|&(held, _)| held < key).min(self.cells.len() - 1)
     }
+}
+
+/// The first cell whose key is not below `key`.
+fn seek(cells: &[(u64, u32)], key: u64, near: usize) -> usize {
+    let behind = near == 0 || cells[near - 1].0 < key;
+    if behind {
+        let window = &cells[near..cells.len().min(near + NEAR)];
+        if let Some(found) = window.iter().position(|&(held, _)| held >= key) {
+            return near + found;
+        }
+    }
+    cells.partition_point(|&(held, _)| held < key).min(cells.len() - 1)
 }
 
 #[cfg(test)]

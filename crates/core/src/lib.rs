@@ -24,6 +24,7 @@ pub mod impact;
 pub mod integrator;
 pub mod lanes;
 pub mod ledger;
+mod local_error;
 pub mod math;
 pub mod neighbor;
 mod newton;

@@ -1,5 +1,7 @@
 //! Particles: what never changes ([`Particles`]) and what a step changes ([`State`]), as structures of arrays.
 
+use crate::simd::{Task, vectorized};
+
 /// One vector per particle, as three columns of equal length n.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Columns {
@@ -73,6 +75,12 @@ impl Columns {
         self.z.copy_from_slice(&other.z);
     }
 
+    /// Whether all numbers are finite.
+    #[must_use]
+    pub fn is_finite(&self) -> bool {
+        self.axes().into_iter().all(|column| vectorized(Finite(column)))
+    }
+
     /// The three columns.
     #[must_use]
     pub fn axes(&self) -> [&[f64]; 3] {
@@ -82,6 +90,22 @@ impl Columns {
     /// The three columns, to write to.
     pub fn axes_mut(&mut self) -> [&mut [f64]; 3] {
         [&mut self.x, &mut self.y, &mut self.z]
+    }
+}
+
+/// Whether all numbers of a column are finite.
+struct Finite<'a>(&'a [f64]);
+
+impl Task for Finite<'_> {
+    type Output = bool;
+
+    #[inline(always)]
+    fn run(self) -> bool {
+        let mut finite = true;
+        for x in self.0 {
+            finite &= x.is_finite();
+        }
+        finite
     }
 }
 

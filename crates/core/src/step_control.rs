@@ -92,17 +92,11 @@ pub struct Worst {
 impl Worst {
     /// The largest of values for particles 0, 1, ..; a NaN is larger than any number.
     pub fn of(values: impl Iterator<Item = f64>) -> Self {
-        let (mut first, mut second) = ((0.0, 0), (0.0, 0));
+        let mut leaders = Leaders::default();
         for (i, size) in values.enumerate() {
-            let size = if size.is_nan() { f64::INFINITY } else { size };
-            if size > first.0 {
-                (first, second) = ((size, i as u32), first);
-            } else if size > second.0 {
-                second = (size, i as u32);
-            }
+            leaders.see(i, size);
         }
-        let partner = (second.0 > 0.0 && second.0 >= 0.5 * first.0).then_some(second.1);
-        Self { size: first.0, particle: first.1, partner }
+        leaders.worst()
     }
 
     /// Those it concerns.
@@ -111,6 +105,35 @@ impl Worst {
         let mut particles: Vec<u32> = std::iter::once(self.particle).chain(self.partner).collect();
         particles.sort_unstable();
         particles
+    }
+}
+
+/// The largest and the next largest of values seen so far, with whose they are.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Leaders {
+    first: (f64, u32),
+    second: (f64, u32),
+}
+
+impl Leaders {
+    /// Sees the value of particle i; a NaN is larger than any number.
+    #[inline(always)]
+    pub(crate) fn see(&mut self, i: usize, size: f64) {
+        if size <= self.second.0 {
+            return;
+        }
+        let size = if size.is_nan() { f64::INFINITY } else { size };
+        if size > self.first.0 {
+            (self.first, self.second) = ((size, i as u32), self.first);
+        } else if size > self.second.0 {
+            self.second = (size, i as u32);
+        }
+    }
+
+    pub(crate) fn worst(&self) -> Worst {
+        let Self { first, second } = *self;
+        let partner = (second.0 > 0.0 && second.0 >= 0.5 * first.0).then_some(second.1);
+        Worst { size: first.0, particle: first.1, partner }
     }
 }
 

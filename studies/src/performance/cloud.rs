@@ -4,8 +4,8 @@ use std::process::Command;
 
 use agglo_core::Scene;
 
-use super::measure::{peak_memory, row, solve, threads};
-use super::{Context, Section};
+use super::measure::{median, peak_memory, row, solve, threads};
+use super::{Context, Section, scaling};
 use crate::Failure;
 
 /// A cloud of the same density for any n: mean spacing 1, diameters 0.5, cut-off three diameters.
@@ -54,7 +54,7 @@ pub fn run(context: &Context) -> Result<Section, Failure> {
             found.1.push(bytes);
         }
     }
-    let mut rows = Vec::new();
+    let (mut rows, mut points) = (Vec::new(), Vec::new());
     let mut reference = Vec::new();
     for (&(n, _), (time, bytes)) in sizes.iter().zip(found) {
         if n == 10_000 {
@@ -65,10 +65,12 @@ pub fn run(context: &Context) -> Result<Section, Failure> {
             let limit = (n == 1_000_000).then(|| ("limit".into(), 1.3));
             rows.push(row(format!("n = {n}, over n = 10000"), ratio, "-", limit));
         }
+        points.push((n as f64, median(&time)));
         rows.push(row(format!("n = {n}"), time, "ns/particle-step", None));
         let limit = (n >= 100_000).then(|| ("limit".into(), 300.0));
         rows.push(row(format!("n = {n}, memory"), bytes, "B/particle", limit));
     }
+    let figure = scaling::svg(&points)?;
     Ok(Section {
         title: "Bonded cloud",
         about: "A random cloud of the same density at every size (mean spacing 1, diameter 0.5), mass-product law with \
@@ -76,5 +78,6 @@ pub fn run(context: &Context) -> Result<Section, Failure> {
                 Memory is the most that the process held, scene and setting up included, less what it held before."
             .to_owned(),
         rows,
+        figure: Some(("cost", figure)),
     })
 }

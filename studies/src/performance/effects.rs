@@ -15,7 +15,10 @@ const EFFECTS: &[(&str, &str)] = &[
     ("radiation", r#""thermal": { "heat_capacity": 1000, "radiation": { "emissivity": 0.01, "surroundings": 250 } },"#),
     ("convection", r#""thermal": { "heat_capacity": 1000, "convection": { "coefficient": 10, "ambient": 250 } },"#),
     ("gravity", r#""external": { "gravity": [0, 0, -9.81] },"#),
-    ("walls", r#""domain": { "walls": [{ "point": [0, 0, -5], "normal": [0, 0, 1] }] },"#),
+    (
+        "contact and a wall",
+        r#""contact": { "restitution": 0.5 }, "domain": { "walls": [{ "point": [0, 0, -5], "normal": [0, 0, 1] }] },"#,
+    ),
     ("a switch", "SWITCH"),
 ];
 
@@ -63,5 +66,6 @@ pub fn run(context: &Context) -> Result<Section, Failure> {
              each effect adds to the computing time. `nothing` says how well that can be measured."
         ),
         rows,
+        figure: None,
     })
 }

@@ -3,12 +3,14 @@
 //! A case is a file of its own and a line in [`CASES`].
 
 mod cloud;
+mod cooling;
 mod effects;
 mod fluid;
 mod measure;
 mod page;
 mod pairs;
 mod paper;
+mod scaling;
 mod threads;
 
 use std::path::PathBuf;
@@ -64,6 +66,8 @@ pub struct Section {
     pub about: String,
     /// Numbers.
     pub rows: Vec<Row>,
+    /// A diagram: its name and SVG.
+    pub figure: Option<(&'static str, String)>,
 }
 
 /// A case.
@@ -80,6 +84,7 @@ pub const CASES: &[Case] = &[
     Case { name: "pairs", run: pairs::run },
     Case { name: "fluid", run: fluid::run },
     Case { name: "cloud", run: cloud::run },
+    Case { name: "cooling", run: cooling::run },
     Case { name: "effects", run: effects::run },
     Case { name: "threads", run: threads::run },
 ];

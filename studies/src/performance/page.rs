@@ -18,6 +18,9 @@ pub fn page(sections: &[Section], date: &str, machine: &str) -> String {
         if section.rows.is_empty() {
             continue;
         }
+        if let Some((name, _)) = &section.figure {
+            _ = write!(text, "\n![{}](performance/{name}.svg)\n", section.title);
+        }
         text.push_str("\n| what | median (spread) | held against | |\n|---|---|---|---|\n");
         for row in &section.rows {
             text.push_str(&line(row));

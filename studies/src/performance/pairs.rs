@@ -42,6 +42,7 @@ pub fn run(context: &Context) -> Result<Section, Failure> {
              between machines.{compiler}"
         ),
         rows,
+        figure: None,
     })
 }
 

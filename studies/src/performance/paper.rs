@@ -22,6 +22,7 @@ pub fn run(context: &Context) -> Result<Section, Failure> {
                 end of the program."
             .to_owned(),
         rows: Vec::new(),
+        figure: None,
     };
     if !program.is_file() {
         section.about.push_str(" The program was not built: `cargo build --release`.");

@@ -40,6 +40,7 @@ pub fn run(context: &Context) -> Result<Section, Failure> {
                 before; should be at least 0.9. Both mean little where other programs use the processor."
             .to_owned(),
         rows,
+        figure: None,
     })
 }
 

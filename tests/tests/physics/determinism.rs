@@ -77,6 +77,40 @@ fn any_number_of_threads_gives_the_same_bits() {
     }
 }
 
+/// A periodic fluid, its cut-off switched, jumping, or of other exponents: laws of their own in lists.
+#[test]
+fn any_number_of_threads_gives_the_same_fluid() {
+    let fluid = |exponents: [f64; 2], switch: Value| {
+        let atoms: Vec<Value> = (0..2744_u32)
+            .map(|k| {
+                let site = [k % 14, k / 14 % 14, k / 196].map(|c| 1.1 * f64::from(c) + 0.3);
+                let speed = f64::from(k % 7) - 3.0;
+                json!({ "position": site, "velocity": [speed, -speed, 0.5 * speed], "radius": 0.5, "mass": 1.0 })
+            })
+            .collect();
+        let mut near = json!({
+            "attraction": { "strength": 24.0, "exponent": exponents[0] },
+            "repulsion": { "strength": 48.0, "exponent": exponents[1] }, "weight": "none", "cutoff": 2.5
+        });
+        if switch.is_number() {
+            near["switch_from"] = switch;
+        }
+        json!({
+            "duration": 0.1, "particles": { "list": atoms }, "near_field": near,
+            "domain": { "periodic": [15.4, 15.4, 15.4] },
+            "solver": { "integrator": "velocity-verlet", "crossings": "ignored", "step": { "fixed": 0.005 } }
+        })
+    };
+    for (exponents, switch) in [([7.0, 13.0], json!(null)), ([7.0, 13.0], json!(2.3)), ([6.3, 12.1], json!(null))] {
+        let value = fluid(exponents, switch);
+        let one = threads(1, || trace(&value));
+        assert_eq!(one.len(), 21, "{exponents:?}");
+        for number in [2, 4] {
+            assert!(one == threads(number, || trace(&value)), "{exponents:?}: {number} threads");
+        }
+    }
+}
+
 /// The scene with lists really has them, else half of the test above is empty.
 #[test]
 fn the_scenes_above_take_the_paths_they_are_meant_for() {

@@ -18,6 +18,7 @@ use crate::force::Field;
 use crate::frame::ranks;
 use crate::impact::Impact;
 use crate::integrator::Integrator;
+use crate::state::Columns;
 use crate::thermal::exchange::{Exchange, Exchanged};
 use crossings::Crossings;
 use impacts::{Impacts, Warmth};
@@ -125,9 +126,9 @@ impl Events {
         self.impacts.worn
     }
 
-    /// By how much crossings changed the acceleration of particle i [m/s^2].
+    /// By how much crossings changed accelerations, length n [m/s^2]; `None` where there were no crossings.
     #[must_use]
-    pub fn jump(&self, i: usize) -> Vector3<f64> {
-        if self.crossings.count > 0 { self.crossings.jump.get(i) } else { Vector3::zeros() }
+    pub fn jumps(&self) -> Option<&Columns> {
+        (self.crossings.count > 0).then_some(&self.crossings.jump)
     }
 }

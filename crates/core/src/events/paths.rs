@@ -130,7 +130,7 @@ impl Paths {
 
     /// Where particle i is going now.
     #[must_use]
-    #[inline]
+    #[inline(always)]
     pub fn piece(&self, launch: &Launch<'_>, i: usize) -> Piece {
         match self.row[i] {
             NONE => Piece {
@@ -190,6 +190,7 @@ impl Paths {
     /// Vector from i to its partner's centre, or to the nearest point of a wall, at tau [m]; `shift` takes the separation to
     /// its minimum image.
     #[must_use]
+    #[inline]
     pub fn separation(&self, launch: &Launch<'_>, touch: Touch, shift: &Vector3<f64>, tau: f64) -> Vector3<f64> {
         let i = self.piece(launch, touch.i).position(tau);
         match touch.partner {
@@ -215,6 +216,12 @@ impl Paths {
         (touching, solved): (f64, bool),
     ) -> Closing {
         let h = launch.dt - from;
+        if let (Partner::Particle(j), true) = (touch.partner, launch.acceleration.is_empty()) {
+            let unbent = self.row[touch.i] == NONE && self.row[j as usize] == NONE;
+            if unbent && from == 0.0 && !solved {
+                return first_meeting(launch, touch.i, j as usize, shift, touching);
+            }
+        }
         let i = self.piece(launch, touch.i);
         let (r, v) = (i.position(from), i.velocity(from));
         let tau = match touch.partner {
@@ -265,6 +272,19 @@ impl Closing {
     fn by(from: f64, tau: Option<f64>) -> Self {
         tau.map_or(Self::Never, |tau| Self::At(from + tau))
     }
+}
+
+/// [`Paths::closing`] of two on straight flights from the step's start on, most of whom never meet.
+#[inline]
+fn first_meeting(launch: &Launch<'_>, i: usize, j: usize, shift: &Vector3<f64>, touching: f64) -> Closing {
+    let d = (launch.position.get(j) - launch.position.get(i)) + shift;
+    let w = launch.velocity.get(j) - launch.velocity.get(i);
+    let sum = launch.particles.radius[i] + launch.particles.radius[j];
+    let open = d.norm_squared() - sum * sum;
+    if open <= 2.0 * touching * sum {
+        return Closing::Closed;
+    }
+    Closing::by(0.0, meeting(&d, &w, sum, open).filter(|&tau| tau <= launch.dt))
 }
 
 /// When two on straight flights, d apart with relative velocity w, come to a distance; `open` = d^2 - distance^2.

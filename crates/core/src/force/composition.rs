@@ -1,13 +1,13 @@
 //! Pair laws composed at compile time: terms, weight, cut-off and binding of a scene as one function of eight distances.
 //!
 //! A law gives the pull F/s [N/m], so that pull times r_j - r_i is the force on i. It is symmetric in i and j to the last
-//! bit. The exponents of the paper (1, 2) and of Lennard-Jones (7, 13) have a law of their own; all others are looked up
-//! once per eight pairs.
+//! bit. The exponents of the paper (1, 2) and of Lennard-Jones (7, 13) have a law of their own, with or without a switch, and
+//! so have one or two real exponents; all others are looked up once per eight pairs.
 
 use super::near_field::{BindingTerm, Field, Group, Switch};
 use super::power::Power;
 use crate::domain::Periodic;
-use crate::lanes::ln;
+use crate::lanes::{exp, ln};
 use crate::simd::{Lanes, Simd};
 
 /// The eight partners of a block.
@@ -69,6 +69,75 @@ impl Law for SevenThirteen {
         let inverse = simd.splat(1.0) / pairs.square;
         let sixth = inverse * inverse * inverse;
         (simd.splat(self.0[0]) + simd.splat(self.0[1]) * sixth) * (sixth * inverse)
+    }
+}
+
+/// The sum of c s^-beta over N real exponents, all from one logarithm.
+#[derive(Clone, Copy)]
+pub(super) struct Real<const N: usize> {
+    strengths: [f64; N],
+    /// -(beta + 1)/2: what ln s^2 is multiplied by.
+    factors: [f64; N],
+}
+
+impl<const N: usize> Law for Real<N> {
+    #[inline(always)]
+    fn pull<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
+        let simd = pairs.simd;
+        let logarithm = ln(simd, pairs.square);
+        let mut sum = simd.splat(0.0);
+        for k in 0..N {
+            sum = sum + simd.splat(self.strengths[k]) * exp(simd, simd.splat(self.factors[k]) * logarithm);
+        }
+        sum
+    }
+}
+
+/// A law whose potential a switch can take to zero.
+pub(super) trait Switchable: Law {
+    /// Potential of eight pairs from 1/s, without its shift [J].
+    fn potential<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, inverse: S::F) -> S::F;
+}
+
+impl Switchable for OneTwo {
+    #[inline(always)]
+    fn potential<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, inverse: S::F) -> S::F {
+        let simd = pairs.simd;
+        simd.splat(0.5 * self.0[0]) * ln(simd, pairs.square) - simd.splat(self.0[1]) * inverse
+    }
+}
+
+impl Switchable for SevenThirteen {
+    #[inline(always)]
+    fn potential<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, inverse: S::F) -> S::F {
+        let simd = pairs.simd;
+        let square = inverse * inverse;
+        let sixth = square * square * square;
+        (simd.splat(self.0[0] / -6.0) + simd.splat(self.0[1] / -12.0) * sixth) * sixth
+    }
+}
+
+/// A law whose potential ends smoothly.
+#[derive(Clone, Copy)]
+pub(super) struct Switched<L> {
+    law: L,
+    switch: Switch,
+    /// Potential at the cut-off, which is taken off [J].
+    shift: f64,
+}
+
+impl<L: Switchable> Law for Switched<L> {
+    #[inline(always)]
+    fn pull<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
+        let Self { law, switch, shift } = self;
+        let (simd, pull) = (pairs.simd, law.pull(pairs));
+        // Below it the switch is 1 and its slope 0, exactly.
+        if !S::F::any(simd.splat(switch.from * switch.from).le(pairs.square)) {
+            return pull;
+        }
+        let inverse = simd.splat(1.0) / pairs.square.sqrt();
+        let (value, slope) = switch.lanes(simd, pairs.square * inverse);
+        pull * value + (law.potential(pairs, inverse) - simd.splat(shift)) * (slope * inverse)
     }
 }
 
@@ -222,6 +291,8 @@ impl Ordered {
 pub(crate) enum Composition {
     OneTwo([f64; 2]),
     SevenThirteen([f64; 2]),
+    /// Strengths and exponents of one or two terms.
+    Real([f64; 2], [f64; 2]),
     General,
 }
 
@@ -234,11 +305,15 @@ impl Composition {
                 let terms = group.terms.iter().filter(|term| term.power.exponent == exponent);
                 terms.map(|term| term.strength).sum::<f64>()
             };
-            (known && switch.is_none()).then(|| exponents.map(strength))
+            known.then(|| exponents.map(strength))
         };
-        match (strengths([1.0, 2.0]), strengths([7.0, 13.0])) {
-            (Some(strengths), _) => Self::OneTwo(strengths),
-            (_, Some(strengths)) if group.weight.is_none() => Self::SevenThirteen(strengths),
+        match (strengths([1.0, 2.0]), strengths([7.0, 13.0]), group.terms.as_slice()) {
+            (Some(strengths), ..) => Self::OneTwo(strengths),
+            (_, Some(strengths), _) if group.weight.is_none() => Self::SevenThirteen(strengths),
+            (_, _, [one, rest @ ..]) if switch.is_none() && rest.len() < 2 && one.power.needs_logarithm() => {
+                let two = rest.first().map_or((0.0, 0.0), |two| (two.strength, two.power.exponent));
+                Self::Real([one.strength, two.0], [one.power.exponent, two.1])
+            }
             _ => Self::General,
         }
     }
@@ -247,11 +322,14 @@ impl Composition {
 /// Does a job with the law of a field, the only place that looks at what the law is.
 pub(super) fn compose(field: &Field, ordered: &Ordered, job: impl Job) {
     match field.composition {
-        Composition::OneTwo(strengths) if ordered.first().is_some() => {
-            bind(field, ordered, Weighted(OneTwo(strengths)), job)
+        Composition::OneTwo(strengths) => switched(field, ordered, OneTwo(strengths), job),
+        Composition::SevenThirteen(strengths) => switched(field, ordered, SevenThirteen(strengths), job),
+        Composition::Real([strength, _], [exponent, _]) if field.groups[0].terms.len() == 1 => {
+            weigh(field, ordered, Real { strengths: [strength], factors: [-0.5 * (exponent + 1.0)] }, job)
         }
-        Composition::OneTwo(strengths) => bind(field, ordered, OneTwo(strengths), job),
-        Composition::SevenThirteen(strengths) => bind(field, ordered, SevenThirteen(strengths), job),
+        Composition::Real(strengths, exponents) => {
+            weigh(field, ordered, Real { strengths, factors: exponents.map(|beta| -0.5 * (beta + 1.0)) }, job)
+        }
         Composition::General => {
             let (groups, switch) = (&field.groups, field.switch);
             let needs = |power: &Power| match switch {
@@ -262,6 +340,24 @@ pub(super) fn compose(field: &Field, ordered: &Ordered, job: impl Job) {
             let law = General { groups, weights: &ordered.weights, switch, logarithm };
             bind(field, ordered, law, job);
         }
+    }
+}
+
+fn switched(field: &Field, ordered: &Ordered, law: impl Switchable, job: impl Job) {
+    match field.switch {
+        None => weigh(field, ordered, law, job),
+        Some(switch) => {
+            let terms = field.groups.iter().flat_map(|group| &group.terms);
+            let shift = terms.map(|term| term.strength * term.shift).sum();
+            weigh(field, ordered, Switched { law, switch, shift }, job);
+        }
+    }
+}
+
+fn weigh(field: &Field, ordered: &Ordered, law: impl Law, job: impl Job) {
+    match ordered.first() {
+        None => bind(field, ordered, law, job),
+        Some(_) => bind(field, ordered, Weighted(law), job),
     }
 }
 

@@ -205,7 +205,7 @@ impl Field {
                 largest: particles.radius.iter().copied().fold(0.0, f64::max),
             }
         });
-        let located = scene.model == ModelKind::Consistent;
+        let located = scene.model == ModelKind::Consistent && scene.solver.crossings != Some(scene::Crossings::Ignored);
         let composition = Composition::of(&groups, switch);
         let (neighbors, work) = (Neighbors::All, Work::Listed(Listed::default()));
         let mut field =

@@ -285,7 +285,7 @@ pub(super) fn compose<J: PotentialJob>(field: &Field, job: J) -> J::Output {
     let reach = square_of(field.cutoff);
     match (field.composition, field.groups.as_slice()) {
         (_, []) => bind(field, Nothing, job),
-        (Composition::OneTwo(strengths), [Group { weight: None, terms, .. }]) => {
+        (Composition::OneTwo(strengths), [Group { weight: None, terms, .. }]) if field.switch.is_none() => {
             let shift = terms.iter().map(|term| term.strength * term.shift).sum();
             bind(field, OneTwo { strengths, shift, reach }, job)
         }

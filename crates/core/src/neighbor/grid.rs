@@ -10,23 +10,27 @@ pub(crate) struct Grid {
     inverse: [f64; 3],
     /// Number of cells in periodic directions, 0 in open ones.
     wrapped: [i64; 3],
+    /// Number of cells in every direction.
+    count: [i64; 3],
 }
 
 impl Grid {
     /// For points and a reach [m].
     pub(crate) fn new(r: &Columns, reach: f64, periodic: &Periodic) -> Self {
-        let mut grid = Self { origin: [0.0; 3], inverse: [0.0; 3], wrapped: [0; 3] };
+        let mut grid = Self { origin: [0.0; 3], inverse: [0.0; 3], wrapped: [0; 3], count: [0; 3] };
         for axis in 0..3 {
             let length = periodic.length[axis];
             if length > 0.0 {
                 let cells = (length / reach).floor().clamp(1.0, 1_048_576.0);
                 grid.wrapped[axis] = cells as i64;
+                grid.count[axis] = cells as i64;
                 grid.inverse[axis] = cells / length;
             } else {
                 let (low, high) = bounds(r.axes()[axis]);
                 grid.origin[axis] = low;
                 // 20 bits of cell number in each direction: wider cells where the cloud is larger than that.
                 grid.inverse[axis] = 1.0 / reach.max((high - low) / 1_000_000.0);
+                grid.count[axis] = ((high - low) * grid.inverse[axis]).floor() as i64 + 1;
             }
         }
         grid
@@ -37,13 +41,39 @@ impl Grid {
         std::array::from_fn(|axis| {
             // `as` turns a NaN into 0 and clamps infinities: such a step is rejected later.
             let cell = ((r.axes()[axis][i] - self.origin[axis]) * self.inverse[axis]).floor() as i64;
-            if self.wrapped[axis] > 0 { cell.rem_euclid(self.wrapped[axis]) } else { cell.clamp(0, 1_000_001) }
+            let count = self.count[axis];
+            // Nearly all are in the box: a division is only for those that are not.
+            if (0..count).contains(&cell) {
+                cell
+            } else if self.wrapped[axis] > 0 {
+                cell.rem_euclid(count)
+            } else {
+                cell.clamp(0, count - 1)
+            }
         })
     }
 
     /// Sort key of a cell: cells that differ only in x are neighbours in order.
     pub(crate) fn key(&self, cell: [i64; 3]) -> u64 {
         ((cell[2] as u64) << 42) | ((cell[1] as u64) << 21) | cell[0] as u64
+    }
+
+    /// Number of cells.
+    pub(crate) fn cells(&self) -> u128 {
+        self.count.iter().map(|&count| count as u128).product()
+    }
+
+    /// Number of a cell in the order of keys, where all are counted.
+    pub(crate) fn number(&self, cell: [i64; 3]) -> usize {
+        ((cell[2] * self.count[1] + cell[1]) * self.count[0] + cell[0]) as usize
+    }
+
+    /// The cell with a number.
+    pub(crate) fn cell_at(&self, number: usize) -> [i64; 3] {
+        let (nx, ny) = (self.count[0] as u32, self.count[1] as u32);
+        let number = number as u32;
+        let row = number / nx;
+        [i64::from(number % nx), i64::from(row % ny), i64::from(row / ny)]
     }
 
     /// The cell with a key.
@@ -62,10 +92,14 @@ impl Grid {
         self.wrapped[axis] > 0 && c + 1 == self.wrapped[axis]
     }
 
-    /// The cell one step further along an axis; `None` before the first of an open one.
+    /// The cell one step further, or back, along an axis; `None` beyond the ends of an open one.
     pub(crate) fn step(&self, axis: usize, c: i64, by: i64) -> Option<i64> {
-        let wrapped = self.wrapped[axis];
-        if wrapped > 0 { Some((c + by).rem_euclid(wrapped)) } else { Some(c + by).filter(|&c| c >= 0) }
+        let (count, periodic) = (self.count[axis], self.wrapped[axis] > 0);
+        match c + by {
+            -1 => periodic.then_some(count - 1),
+            c if c == count => periodic.then_some(0),
+            c => Some(c),
+        }
     }
 }
 

@@ -1,7 +1,11 @@
 //! What an attempt at a step looks like to the step control: its local error, and how far it moves particles.
 
+use crate::collocation::Collocation;
 use crate::convergence::Verdict;
+use crate::events::Events;
+use crate::local_error::LocalErrors;
 use crate::scene::ModelKind;
+use crate::simd::vectorized;
 use crate::simulation::Simulation;
 use crate::step_control::{Attempt, TRAVEL_SHARE, Worst};
 use nalgebra::Vector3;
@@ -26,32 +30,40 @@ impl Simulation {
     /// the largest allowed [-]. A kick that turns the motion of the whole cloud around counts as too large at any tolerance:
     /// near a singular attraction that difference is small although nothing is resolved.
     pub(super) fn local_error(&self, dt: f64) -> Worst {
-        let integrator = &self.model.integrator;
-        let (new, old) = (integrator.position_new - 1.0 / 6.0, integrator.position_old - 1.0 / 3.0);
-        // A jump at a crossing is accounted for and is no error.
-        let jump = |i: usize| self.events.as_ref().map_or(Vector3::zeros(), |events| events.jump(i));
-        let next = |i: usize| self.stagger.field_force.get(i) / self.particles.mass[i] - jump(i);
-        let n = self.acceleration.len();
-        let scale = dt * dt / (self.model.mean_diameter * self.local_bound);
-        let error = match &self.stagger.collocation {
-            Some(collocation) => {
-                let error = collocation.local_error(dt);
-                Worst { size: error.size / (self.model.mean_diameter * self.local_bound), ..error }
-            }
-            None => Worst::of((0..n).map(|i| scale * (next(i) * new + self.acceleration.get(i) * old).norm())),
+        let (error, kick) = match &self.stagger.collocation {
+            Some(collocation) => self.collocation_error(collocation, dt),
+            None => self.local_errors(dt),
         };
-        let unresolved = if self.stagger.collocation.is_some() { 0.1 } else { 0.5 };
+        if kick.size > KICK && error.size <= 1.0 { Worst { size: 8.0, ..kick } } else { error }
+    }
+
+    fn local_errors(&self, dt: f64) -> (Worst, Worst) {
+        let integrator = &self.model.integrator;
+        vectorized(LocalErrors {
+            before: &self.acceleration,
+            force: &self.stagger.field_force,
+            jump: self.events.as_ref().and_then(Events::jumps),
+            mass: &self.particles.mass,
+            velocity: &self.state.velocity,
+            dt,
+            scale: dt * dt / (self.model.mean_diameter * self.local_bound),
+            weights: (integrator.position_new - 1.0 / 6.0, integrator.position_old - 1.0 / 3.0),
+            unresolved: 0.5,
+        })
+    }
+
+    fn collocation_error(&self, collocation: &Collocation, dt: f64) -> (Worst, Worst) {
+        let error = collocation.local_error(dt);
+        let error = Worst { size: error.size / (self.model.mean_diameter * self.local_bound), ..error };
+        let n = self.acceleration.len();
         let fastest = (0..n).map(|i| self.state.velocity.get(i).norm()).fold(0.0, f64::max);
         let kick = Worst::of((0..n).map(|i| {
-            let (before, after) = (self.acceleration.get(i), next(i));
-            let (change, size) = match &self.stagger.collocation {
-                Some(collocation) => collocation.defect(i),
-                None => ((after - before).norm(), before.norm().max(after.norm())),
-            };
+            let (before, after) = (self.acceleration.get(i), self.stagger.field_force.get(i) / self.particles.mass[i]);
+            let (change, size) = collocation.defect(i);
             let own = (self.state.velocity.get(i) + (before + after) * (0.5 * dt)).norm();
-            if change > unresolved * size { dt * change / fastest.max(own).max(0.5 * dt * size) } else { 0.0 }
+            if change > 0.1 * size { dt * change / fastest.max(own).max(0.5 * dt * size) } else { 0.0 }
         }));
-        if kick.size > KICK && error.size <= 1.0 { Worst { size: 8.0, ..kick } } else { error }
+        (error, kick)
     }
 
     /// Bound on how far any two (or one and a wall) came nearer, over what contacts allow in a step [-].

@@ -81,6 +81,9 @@ impl Simulation {
         let momentum = self.momentum_size();
         self.counters.largest_momentum = self.counters.largest_momentum.max(momentum);
         let bad = |columns: &Columns| {
+            if columns.is_finite() {
+                return None;
+            }
             (0..columns.len())
                 .find_map(|i| columns.get(i).iter().copied().find(|x| !x.is_finite()).map(|value| (i as u32, value)))
         };

@@ -13,6 +13,9 @@ pub struct Solver {
     pub integrator: Option<IntegratorKind>,
     /// How the coupled equations of a step are solved.
     pub method: SolutionMethod,
+    /// What is done about the jumps of forces at the cut-off and at the activation distance; default `located` in `consistent`.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub crossings: Option<Crossings>,
     /// Step size.
     pub step: StepSize,
     /// Tolerances of both fields, equations (53)-(54).
@@ -27,6 +30,7 @@ impl Default for Solver {
         Self {
             integrator: None,
             method: SolutionMethod::default(),
+            crossings: None,
             step: StepSize::default(),
             tolerance: Tolerance::default(),
             max_iterations: 100,
@@ -59,6 +63,16 @@ pub enum SolutionMethod {
     Staggered,
     /// Newton's method, the paper's Remark 3.
     Newton,
+}
+
+/// What is done about the jumps of forces at the cut-off and at the activation distance.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Crossings {
+    /// Crossings are located in time: steps keep their order.
+    Located,
+    /// Nothing, as most programs for molecules have it: cheaper, and of first order in the size of the jumps.
+    Ignored,
 }
 
 /// Step size: adaptive between `min` and `max`, or `fixed`.

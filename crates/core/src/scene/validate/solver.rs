@@ -1,6 +1,7 @@
 //! Time steps, integrator and recording.
 
-use crate::scene::{IntegratorKind, ModelKind, Problem, Scene, SolutionMethod};
+use crate::assembly::locates;
+use crate::scene::{Crossings, IntegratorKind, ModelKind, Problem, Scene, SolutionMethod};
 
 /// Longest simulated time that a log can stamp, in nanoseconds of a signed 64-bit clock [s].
 const LONGEST_LOG: f64 = 9.2e9;
@@ -17,6 +18,12 @@ pub(super) fn check(scene: &Scene, problems: &mut Vec<Problem>) {
         problems.push(
             Problem::new("/solver/integrator", "the model `paper` is integrated by backward-euler alone")
                 .hint("leave \"integrator\" out, or choose the model \"consistent\""),
+        );
+    }
+    if solver.crossings == Some(Crossings::Located) && !locates(scene) {
+        problems.push(
+            Problem::new("/solver/crossings", "neither the model `paper` nor collocation schemes locate crossings")
+                .hint("leave \"crossings\" out, or choose another integrator"),
         );
     }
     check_step(scene, problems);
