@@ -7,6 +7,8 @@ use agglo_core::assembly::{integrator, step_limits};
 use agglo_core::characteristics::{
     Equilibrium, PairCharacteristics, SuggestedStep, Survey, cutoff_of, suggest_step, survey,
 };
+use agglo_core::domain::Domain;
+use agglo_core::force::Field;
 use agglo_core::placement::place;
 use agglo_core::state::{Particles, State};
 use agglo_record::channels::Effects;
@@ -49,6 +51,8 @@ struct Report<'a> {
     step: SuggestedStep,
     expectation: Expectation,
     channels: Vec<&'static str>,
+    /// Order of the expansions that sum the near field, where the scene allows an error.
+    far: Option<Option<usize>>,
 }
 
 impl<'a> Report<'a> {
@@ -61,6 +65,10 @@ impl<'a> Report<'a> {
             step: suggest_step(scene, &particles, &state, &survey),
             expectation: expect(scene, &particles),
             channels: channels(scene, particles.len()),
+            far: scene.near_field.as_ref().and_then(|near| near.accuracy).map(|_| {
+                let periodic = Domain::new(scene.domain.as_ref()).periodic;
+                Field::new(scene, &particles, &state.position, &periodic).and_then(|field| field.far_order())
+            }),
             survey,
             particles,
         }
@@ -91,6 +99,13 @@ impl<'a> Report<'a> {
             if !self.survey.complete {
                 row("pairs", format!("the extreme ones of {} kinds of spheres", self.survey.kinds));
             }
+        }
+        if let Some(far) = self.far {
+            let how = match far {
+                Some(order) => format!("by expansions of order {order}"),
+                None => "pair by pair: too few particles, or too small an error".to_owned(),
+            };
+            row("near field", format!("summed {how}"));
         }
         let (initial, max, min) = step_limits(self.scene);
         let given = match self.scene.solver.step.fixed {
@@ -162,7 +177,7 @@ impl<'a> Report<'a> {
             terms(self.scene).into_iter().map(|(name, value)| (name.to_owned(), value.into())).collect();
         json!({
             "format": 1, "file": self.file, "name": self.scene.name, "model": self.scene.model,
-            "integrator": integrator(self.scene), "particles": self.particles.len(), "overlaps": 0, "terms": terms,
+            "integrator": integrator(self.scene), "expansion_order": self.far.flatten(), "particles": self.particles.len(), "overlaps": 0, "terms": terms,
             "pairs": self.survey.pairs.iter().map(pair).collect::<Vec<_>>(), "all_kinds_of_pairs": self.survey.complete,
             "step": { "initial": initial, "max": max, "min": min, "suggested": self.step.seconds,
                       "limit": self.step.limit.to_string() },
