@@ -198,12 +198,12 @@ impl Degrees {
 
     /// Adds what moments with these derivatives make of a local expansion.
     #[inline(always)]
-    pub(super) fn add_local<F: Lanes>(&self, moments: &[F], derivatives: &[F], local: &mut [F]) {
+    pub(super) fn add_local<S: Simd>(&self, simd: S, moments: &[S::F], derivatives: &[S::F], local: &mut [S::F]) {
         for n in 0..local.len() {
             let sums = self.sums(n);
             let moments = &moments[..sums.len()];
             // Two sums, because one alone would wait for itself.
-            let (mut even, mut odd) = (local[n], moments[0] - moments[0]);
+            let (mut even, mut odd) = (local[n], simd.splat(0.0));
             let mut k = 0;
             while k + 2 <= sums.len() {
                 even = even + moments[k] * derivatives[usize::from(sums[k])];

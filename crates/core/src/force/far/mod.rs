@@ -148,7 +148,7 @@ impl Far {
 /// A leaf that meets everyone as pairs.
 fn everyone(leaf: usize, n: usize) -> Meetings {
     let meeting = Meeting { cell: leaf, parent: None, far: 0..0, near: 0..1 };
-    Meetings { meetings: vec![meeting], far: Vec::new(), near: vec![0..n as u32] }
+    Meetings { meetings: vec![meeting], far: Vec::new(), near: std::iter::once(0..n as u32).collect() }
 }
 
 /// Root of the mean square of the differences over that of the exact forces [-].

@@ -282,7 +282,7 @@ impl<F: Lanes> Space<F> {
                 k += 4;
             }
             let span = g * padded..g * padded + count;
-            degrees.add_local(&self.moments, &self.derivatives, &mut self.local[span]);
+            degrees.add_local(simd, &self.moments, &self.derivatives, &mut self.local[span]);
         }
     }
 }

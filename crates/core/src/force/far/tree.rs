@@ -79,7 +79,7 @@ impl Tree {
     }
 
     fn sort(&mut self, r: &Columns) {
-        let ends = r.axes().map(|column| bounds(column));
+        let ends = r.axes().map(bounds);
         let size = ends.iter().fold(0.0_f64, |size, (low, high)| size.max(high - low));
         let scale = if size > 0.0 { f64::from(1_u32 << BITS) / size } else { 0.0 };
         let digit = |x: f64, low: f64| spread((((x - low) * scale) as u64).min((1 << BITS) - 1));
