@@ -14,6 +14,9 @@ pub const SCENE: &str = "scene.json";
 /// Name of the attachment with the viewer layout.
 pub const LAYOUT: &str = "layout.json";
 
+/// What `/log` says last where a run was asked to stop.
+pub const INTERRUPTED: &str = "the run was interrupted";
+
 /// Version of the log format that this version writes: (major, minor). Fields are added with the minor; a reader
 /// refuses a major that it does not know.
 pub const LOG_FORMAT: (u32, u32) = (1, 0);

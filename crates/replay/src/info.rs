@@ -116,24 +116,18 @@ impl<R: Read + Seek> Log<R> {
         Ok(self.assemble(channels, &ends, damage))
     }
 
-    /// Reads the whole log, verifies every checksum and every message, and counts.
+    /// Reads the whole log, verifies every checksum, judges every message, and counts.
     ///
     /// # Errors
     /// A device that fails. Damage is part of the answer.
     pub fn check(&mut self) -> Result<Checked, LogError> {
         let mut damage = self.file_damage()?;
-        let mut note = |error| match error {
-            LogError::Damaged(found) => {
-                damage.push(found);
-                Ok(())
-            }
-            other => Err(other),
-        };
         let mut count = Count::default();
-        for entry in self.messages() {
-            match entry {
-                Ok(entry) => count.see(&entry),
-                Err(error) => note(error)?,
+        for message in self.judged()? {
+            match message {
+                Ok((_, entry)) => entry.iter().for_each(|entry| count.see(entry)),
+                Err(LogError::Damaged(found)) => damage.push(found),
+                Err(other) => return Err(other),
             }
         }
         let described: Vec<_> = self.channels.values().filter_map(|channel| channel.topic).collect();

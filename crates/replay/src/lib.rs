@@ -26,6 +26,7 @@ mod error;
 pub mod export;
 pub mod fields;
 mod info;
+mod judge;
 mod log;
 mod messages;
 mod records;

@@ -213,13 +213,14 @@ impl<R: Read + Seek> Log<R> {
     fn contradiction(&self, json: &str) -> Option<Damage> {
         let scene = Scene::parse(json, &[]).ok()?;
         let n = Effects::of(&scene).ok()?.particles;
-        let (said, RunInfo { seed, model, particles, time_scale, .. }) =
+        let (said, RunInfo { seed, model, particles, time_scale, terms, .. }) =
             (&self.run, RunInfo::new(&scene, json, n, &self.run.build));
         let pairs = [
             ("n", said.particles.to_string(), particles.to_string()),
             ("seed", said.seed.to_string(), seed.to_string()),
             ("model", said.model.clone(), model),
             ("time_scale", said.time_scale.to_string(), time_scale.to_string()),
+            ("terms", said.terms.join(" "), terms.join(" ")),
         ];
         let (key, said, scene) = pairs.into_iter().find(|(_, said, scene)| said != scene)?;
         let what = format!("the metadata record `run` says that {key} is {said}, and the scene that it is {scene}");
@@ -277,16 +278,6 @@ impl<R: Read + Seek> Log<R> {
     pub fn raw_messages(&mut self) -> RawMessages<'_, R> {
         let all = 0..self.container.chunks.len();
         RawMessages::new(self, all)
-    }
-
-    /// How many chunks there are.
-    pub(crate) fn chunks(&self) -> usize {
-        self.container.chunks.len()
-    }
-
-    /// The messages of some chunks, as they stand there.
-    pub(crate) fn raw_part(&mut self, chunks: std::ops::Range<usize>) -> RawMessages<'_, R> {
-        RawMessages::new(self, chunks).part()
     }
 
     /// The messages of some chunks.

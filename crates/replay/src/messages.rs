@@ -5,7 +5,7 @@ use std::io::{Read, Seek};
 use std::sync::Arc;
 
 use agglo_core::checkpoint::Checkpoint;
-use agglo_core::diagnostics::{Notice, StepDiagnostics};
+use agglo_core::diagnostics::{Level, Notice, StepDiagnostics};
 use agglo_core::impact::Impact;
 use agglo_core::ledger::{Ledger, Momentum};
 use agglo_core::observer::Clusters;
@@ -15,6 +15,7 @@ use agglo_record::cloud::{self, Frame};
 use agglo_record::convert::{self, Malformed};
 use agglo_record::proto::agglo::v1;
 use agglo_record::proto::foxglove;
+use agglo_record::run::INTERRUPTED;
 use mcap::records::op;
 use prost::Message as _;
 
@@ -73,6 +74,11 @@ impl Message {
             Self::Log(_) => Topic::Log,
             Self::Scene => Topic::Scene,
         }
+    }
+
+    /// Whether it says that a run ended before its time: it was interrupted, or failed.
+    pub(crate) fn ends_early(&self) -> bool {
+        matches!(self, Self::Log(Notice { level, message }) if *level == Level::Error || message == INTERRUPTED)
     }
 
     pub(crate) fn decode(topic: Topic, data: &[u8]) -> Result<Entry, Malformed> {

@@ -64,7 +64,8 @@ impl From<mcap::McapError> for RecoverError {
     }
 }
 
-/// Writes all that is whole of a log, chunk by chunk, with a new index. Messages stay as they are.
+/// Writes all that is whole of a log, chunk by chunk, with a new index. Messages stay as they are; those that make no sense
+/// are left out.
 ///
 /// # Errors
 /// A log of which nothing can be read, an output that refuses bytes.
@@ -104,32 +105,35 @@ pub fn recover<R: Read + Seek, W: Write>(log: &mut Log<R>, out: W) -> Result<Rec
         ids[channel.topic as usize] = Some(add(&mut writer, channel)?);
     }
     let (mut messages, mut frames, mut unknown) = (0, 0, 0_u64);
-    for chunk in 0..log.chunks() {
-        for message in log.raw_part(chunk..chunk + 1) {
-            let message = match message {
-                Ok(message) => message,
-                Err(LogError::Damaged(lost)) => {
-                    damage.push(lost);
-                    continue;
-                }
-                Err(other) => return Err(other.into()),
-            };
-            let RawMessage { channel, sequence, log_time, publish_time, data } = message;
-            let Some(topic) = channel.topic else {
-                unknown += 1;
+    let mut chunk = None;
+    let mut judged = log.judged()?;
+    while let Some(message) = judged.next() {
+        let message = match message {
+            Ok((message, _)) => message,
+            Err(LogError::Damaged(lost)) => {
+                damage.push(lost);
                 continue;
-            };
-            let channel_id = match ids[topic as usize] {
-                Some(id) => id,
-                None => *ids[topic as usize].insert(add(&mut writer, &CHANNELS[topic as usize])?),
-            };
-            let header = MessageHeader { channel_id, sequence, log_time, publish_time };
-            writer.write_to_known_channel(&header, &data)?;
-            messages += 1;
-            frames += u64::from(topic == Topic::Particles);
+            }
+            Err(other) => return Err(other.into()),
+        };
+        if chunk.replace(judged.offset()).is_some_and(|before| before != judged.offset()) {
+            writer.flush()?;
         }
-        writer.flush()?;
+        let RawMessage { channel, sequence, log_time, publish_time, data } = message;
+        let Some(topic) = channel.topic else {
+            unknown += 1;
+            continue;
+        };
+        let channel_id = match ids[topic as usize] {
+            Some(id) => id,
+            None => *ids[topic as usize].insert(add(&mut writer, &CHANNELS[topic as usize])?),
+        };
+        let header = MessageHeader { channel_id, sequence, log_time, publish_time };
+        writer.write_to_known_channel(&header, &data)?;
+        messages += 1;
+        frames += u64::from(topic == Topic::Particles);
     }
+    drop(judged);
     if unknown > 0 {
         let what = format!("{unknown} messages on channels that this version does not know are left out");
         damage.push(Damage { offset: 0, what });

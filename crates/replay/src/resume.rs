@@ -23,8 +23,6 @@ pub struct Resumption {
     pub last_step: u64,
     /// Time of that step [s].
     pub last_time: f64,
-    /// What is lost of the log, as far as it was read.
-    pub damage: Vec<Damage>,
 }
 
 /// What was taken over could not be.
@@ -50,37 +48,54 @@ impl std::error::Error for CarryError {}
 impl<R: Read + Seek> Log<R> {
     /// The last checkpoint from which a run to `duration` [s] can go on so that it is the run that was never
     /// interrupted. `recorded` is the duration that the log was recorded for [s]: where the two differ, steps that either
-    /// end may have cut short are solved again. `None` where not even the start is whole.
+    /// end may have cut short are solved again. Nothing behind the first thing that is wrong is used; `None`, with what is
+    /// wrong, where not even the start is whole.
     ///
     /// # Errors
-    /// A device that fails. Damage ends the search; what is whole before it is used.
-    pub fn resumption(&mut self, recorded: f64, duration: f64) -> Result<Option<Resumption>, LogError> {
+    /// A device that fails.
+    pub fn resumption(&mut self, recorded: f64, duration: f64) -> Result<(Option<Resumption>, Vec<Damage>), LogError> {
         let nearest_end = if recorded == duration { f64::INFINITY } else { recorded.min(duration) };
-        let (mut found, mut damage) = (None, Vec::new());
+        let mut damage = self.file_damage()?;
+        let mut found = None;
         let (mut last_step, mut last_time) = (0, 0.0);
-        for entry in self.messages().only(&[Topic::Diagnostics, Topic::Checkpoint]) {
-            let Entry { t, step, message } = match entry {
-                Ok(entry) => entry,
+        let mut unknown = None;
+        let mut judged = self.judged()?;
+        while let Some(message) = judged.next() {
+            let (message, entry) = match message {
+                Ok(message) => message,
                 Err(LogError::Damaged(lost)) => {
                     damage.push(lost);
                     break;
                 }
                 Err(other) => return Err(other),
             };
+            if !judged.is_content() {
+                break;
+            }
+            let Some(Entry { t, step, message }) = entry else {
+                let what =
+                    || format!("messages on {}, which this version does not know, are left out", message.channel.name);
+                unknown.get_or_insert_with(|| Damage { offset: judged.offset(), what: what() });
+                continue;
+            };
             match message {
-                // Every step has diagnostics: a number that is skipped is a step that is lost.
                 Message::Diagnostics(diagnostics) => {
                     let first_attempt = diagnostics.rejected.first().map_or(diagnostics.dt, |attempt| attempt.dt);
-                    if step != last_step + 1 || last_time + first_attempt >= nearest_end * (1.0 - SAME_TIME) {
+                    if last_time + first_attempt >= nearest_end * (1.0 - SAME_TIME) {
                         break;
                     }
                     (last_step, last_time) = (step, t);
                 }
-                Message::Checkpoint(checkpoint) if step == last_step => found = Some(*checkpoint),
-                _ => break,
+                Message::Checkpoint(checkpoint) => found = Some(*checkpoint),
+                _ => {}
             }
         }
-        Ok(found.map(|checkpoint| Resumption { checkpoint, last_step, last_time, damage }))
+        damage.extend(judged.stop());
+        damage.extend(unknown);
+        damage.extend(self.damage().iter().cloned());
+        damage.sort_by_key(|lost| lost.offset);
+        damage.dedup();
+        Ok((found.map(|checkpoint| Resumption { checkpoint, last_step, last_time }), damage))
     }
 
     /// Writes the steps up to a checkpoint to a new log, as they stand here. The checkpoint itself goes with them only if

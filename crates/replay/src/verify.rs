@@ -5,7 +5,7 @@ use std::io::{Read, Seek};
 use agglo_core::checkpoint::Checkpoint;
 use agglo_core::observer::{Flow, Observer, ObserverError, StepReport};
 use agglo_core::scene::{Problem, Scene};
-use agglo_core::{RunError, SetupError, Simulation};
+use agglo_core::{Ending, RunError, SetupError, Simulation};
 use agglo_record::channels::{CHANNELS, Effects, Topic};
 use agglo_record::encoder::{Encoded, Encoder};
 
@@ -25,6 +25,8 @@ pub struct Verification {
     pub steps: u64,
     /// Messages that were compared.
     pub messages: u64,
+    /// Whether `watch` stopped it.
+    pub stopped: bool,
     /// The first difference; `None` where every bit is the same.
     pub mismatch: Option<Mismatch>,
     /// Parts of the log that could not be read, and so not be compared.
@@ -113,7 +115,9 @@ impl<R: Read + Seek> Log<R> {
         let mut encoder =
             Encoder::new(&scene).map_err(|error| VerifyError::Scene(vec![Problem::new("", error.to_string())]))?;
         let damage = self.file_damage()?;
-        let mut recorded = Recorded { messages: self.raw_messages(), next: None, damage, gap: false };
+        let size = self.size();
+        let mut recorded =
+            Recorded { messages: self.raw_messages(), next: None, damage, gap: false, ended_early: false };
         let mut from = (0, 0.0);
         if let Some(checkpoint) = &start {
             from = (checkpoint.step, checkpoint.time);
@@ -124,7 +128,15 @@ impl<R: Read + Seek> Log<R> {
         let mut comparison = Comparison {
             encoder,
             recorded,
-            done: Verification { from, to: from, steps: 0, messages: 0, mismatch: None, damage: Vec::new() },
+            done: Verification {
+                from,
+                to: from,
+                steps: 0,
+                messages: 0,
+                stopped: false,
+                mismatch: None,
+                damage: Vec::new(),
+            },
             failure: None,
             watch: &mut watch,
         };
@@ -133,13 +145,23 @@ impl<R: Read + Seek> Log<R> {
         if let Some(error) = failure {
             return Err(error.into());
         }
-        if done.mismatch.is_none() {
+        if done.mismatch.is_none() && !done.stopped {
             done.mismatch = match (recorded.goes_on()?, result) {
                 // The log goes on; where solving again failed, that is why it does not.
                 (true, Err(error)) => Some(recorded.mismatch(What::Failed(error), done.to)),
                 (true, Ok(_)) => Some(recorded.mismatch(What::OnlyRecorded, done.to)),
-                // A run that failed says so at the end of its log, and fails again.
-                (false, _) => None,
+                (false, result) => {
+                    let ended = matches!(&result, Ok(outcome) if outcome.ending == Ending::Finished);
+                    if !ended && !recorded.ended_early && recorded.damage.is_empty() {
+                        let ((step, t), duration) = (done.to, scene.duration);
+                        let what = format!(
+                            "the log ends with step {step} at t = {t} s, and its scene at {duration} s; nothing in it \
+                             says that the run was interrupted"
+                        );
+                        recorded.damage.push(Damage { offset: size, what });
+                    }
+                    None
+                }
             };
         }
         done.damage = recorded.damage;
@@ -208,6 +230,8 @@ struct Recorded<'a, R> {
     damage: Vec<Damage>,
     /// Whether something was lost since the last message that was taken.
     gap: bool,
+    /// Whether it ends by saying that the run was interrupted or failed.
+    ended_early: bool,
 }
 
 impl<R: Read + Seek> Recorded<'_, R> {
@@ -255,11 +279,12 @@ impl<R: Read + Seek> Recorded<'_, R> {
             if message.channel.topic != Some(Topic::Log) {
                 break;
             }
-            let note = self.next.take();
+            let Some(note) = self.next.take() else { break };
             if self.peek()?.is_some() {
-                self.next = note;
+                self.next = Some(note);
                 break;
             }
+            self.ended_early |= matches!(note.decode(), Ok(Some(entry)) if entry.message.ends_early());
         }
         Ok(self.next.is_some())
     }
@@ -302,7 +327,11 @@ impl<R: Read + Seek> Observer for Comparison<'_, '_, R> {
             done.steps += 1;
             done.to = at;
         }
-        if done.mismatch.is_some() || failure.is_some() || !watch(report) {
+        if done.mismatch.is_some() || failure.is_some() {
+            return Ok(Flow::Stop);
+        }
+        if !watch(report) {
+            done.stopped = true;
             return Ok(Flow::Stop);
         }
         // A run that was interrupted is compared as far as it went.

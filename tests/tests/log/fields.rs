@@ -2,9 +2,10 @@
 
 use std::io::Cursor;
 
+use agglo_core::diagnostics::{Level, Notice};
 use agglo_record::channels::{CHANNELS, Effects, present};
 use agglo_record::layout::layout;
-use agglo_record::run;
+use agglo_record::run::{self, INTERRUPTED};
 use agglo_replay::{Frame, Log, Message};
 
 use crate::story::{EVERYTHING, Kind, NOTHING, Told, log};
@@ -61,7 +62,9 @@ fn retell(bytes: &[u8]) -> Vec<Told> {
 
 fn comes_back(kind: &Kind) {
     // Debug prints every bit of a float that matters: the sign of zero, and NaN as equal to itself.
-    let told = kind.story(12);
+    let mut told = kind.story(12);
+    let end = Notice { level: Level::Warning, message: INTERRUPTED.to_owned() };
+    told.last_mut().unwrap().notices.push(end);
     let retold = retell(&log(kind, 12));
     assert_eq!(told.len(), retold.len());
     for (told, retold) in told.iter().zip(&retold) {

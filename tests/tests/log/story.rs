@@ -8,6 +8,7 @@ use agglo_core::ledger::{Ledger, Momentum, Totals};
 use agglo_core::observer::{Clusters, Observer, Sample, StepReport};
 use agglo_core::scene::Scene;
 use agglo_core::state::{Columns, Particles, State};
+use agglo_record::run::INTERRUPTED;
 use agglo_record::{BuildInfo, Options, RecordError, Recorded, Recorder};
 
 /// A small generator of numbers; tests must not depend on the one that places particles.
@@ -198,9 +199,10 @@ impl Kind {
             initial_momentum: Momentum { linear: [0.0, -0.0, 1.0], angular: numbers.three(), residual: 0.0 },
             counters: Counters {
                 steps: step,
-                iterations: 2 * step,
-                rejected_steps: 1,
-                impacts: 3,
+                // As `diagnostics`, `rejected` and `impacts` have them.
+                iterations: (1..=step).map(|step| if step.is_multiple_of(3) { 1 } else { 3 }).sum(),
+                rejected_steps: 4 * (1..=step).filter(|step| step % 4 == 2).count() as u64,
+                impacts: if self.contact { 3 * step.div_ceil(2) } else { 0 },
                 pair_evaluations: u64::MAX,
                 intervals: 4,
                 max_overlap: 1e-12,
@@ -265,7 +267,7 @@ impl Kind {
             position: numbers.three(),
         };
         vec![
-            impact(Partner::Particle(0), Some(true), numbers),
+            impact(Partner::Particle(1), Some(true), numbers),
             impact(Partner::Particle(4), Some(false), numbers),
             impact(Partner::Wall(0), None, numbers),
         ]
@@ -315,6 +317,8 @@ pub fn record<W: std::io::Write>(kind: &Kind, story: &[Told], out: W) -> Result<
             Err(other) => panic!("a recorder fails with its own error: {other}"),
         })?;
     }
+    // A story ends long before its scene does.
+    recorder.note(Level::Warning, INTERRUPTED)?;
     recorder.finish()
 }
 

@@ -77,11 +77,11 @@ fn conclude(args: &AnalyzeArgs, analysis: &Analysis, terminal: &Terminal) -> Suc
     logs::warn(&args.log, &lost.damage, terminal);
     let shown = if terminal.verbose { usize::MAX } else { GAPS_SHOWN };
     for gap in lost.gaps.iter().take(shown) {
-        terminal.warning(&Message::new(format!("{name} lacks messages: {gap}")).file(&name));
+        terminal.warning(&Message::new(format!("{name} is damaged: {gap}")).file(&name));
     }
     let unsaid = lost.gaps.len().saturating_sub(shown) as u64 + lost.more + lost.more_gaps;
     if unsaid > 0 {
-        terminal.warning(&Message::new(format!("{name} lacks more in {unsaid} places")).file(&name));
+        terminal.warning(&Message::new(format!("{name} is damaged in {unsaid} more places")).file(&name));
     }
     for (term, found) in analysis.agreement.terms() {
         let Some(first) = &found.first else { continue };

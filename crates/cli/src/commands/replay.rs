@@ -223,7 +223,7 @@ fn verify(mut log: Log<BufReader<File>>, args: &ReplayArgs, terminal: &Terminal)
         Err(VerifyError::Log(error)) => return Err(logs::failure(&args.log, &error)),
         Err(error) => return Err(Failure::Input(Message::new(format!("{name}: {error}")).file(&name))),
     };
-    if done.mismatch.is_none() && done.messages == 0 && !interrupt.asked() {
+    if done.mismatch.is_none() && done.messages == 0 && !done.stopped {
         logs::warn(&args.log, &done.damage, terminal);
         let text = format!("{name} holds nothing behind its start that could be compared");
         return Err(Failure::Input(Message::new(text).file(&name)));
@@ -238,7 +238,7 @@ fn verify(mut log: Log<BufReader<File>>, args: &ReplayArgs, terminal: &Terminal)
     if done.mismatch.is_some() {
         return Ok(Success::Differs);
     }
-    if interrupt.asked() {
+    if done.stopped {
         return Ok(Success::Interrupted);
     }
     Ok(success(&done.damage))
@@ -250,7 +250,7 @@ fn ends_early(done: &Verification, duration: f64) -> bool {
 }
 
 fn verification_text(done: &Verification, name: &str, duration: f64) -> String {
-    let Verification { from, to, steps, messages, mismatch, damage } = done;
+    let Verification { from, to, steps, messages, stopped, mismatch, damage: _ } = done;
     let span = format!(
         "solved again from step {} (t = {} s): {} in {}",
         from.0,
@@ -259,11 +259,13 @@ fn verification_text(done: &Verification, name: &str, duration: f64) -> String {
         counted(*steps, "step")
     );
     let Some(Mismatch { t, step, channel, what }) = mismatch else {
-        let mut text = format!("same: {name}, {span}, up to t = {} s, are the same bit for bit\n", short(to.1));
-        if ends_early(done, duration) && damage.is_empty() {
-            text += &format!("the log ends there, before the scene's duration of {} s\n", short(duration));
-        }
-        return text;
+        let of = if ends_early(done, duration) { format!(" of {} s", short(duration)) } else { String::new() };
+        let upto = format!("{name}, {span}, up to t = {} s{of}", short(to.1));
+        return if *stopped {
+            format!("interrupted: {upto}, were the same bit for bit; the rest was not compared\n")
+        } else {
+            format!("same: {upto}, are the same bit for bit\n")
+        };
     };
     let place = format!("at t = {t} s, step {step}, {channel}");
     let text = match what {
@@ -277,7 +279,12 @@ fn verification_text(done: &Verification, name: &str, duration: f64) -> String {
 }
 
 fn verification_json(done: &Verification, same_build: bool, duration: f64) -> Value {
-    let Verification { from, to, steps, messages, mismatch, damage } = done;
+    let Verification { from, to, steps, messages, stopped, mismatch, damage } = done;
+    let verdict = match (mismatch, stopped) {
+        (Some(_), _) => Some("differ"),
+        (None, true) => None,
+        (None, false) => Some("same"),
+    };
     let at = |(step, t): (u64, f64)| json!({ "step": step, "t": exact(t) });
     let difference = mismatch.as_ref().map(|Mismatch { t, step, channel, what }| {
         let mut object = json!({ "t": exact(*t), "step": step, "channel": channel });
@@ -301,7 +308,7 @@ fn verification_json(done: &Verification, same_build: bool, duration: f64) -> Va
         object
     });
     json!({
-        "format": 1, "verdict": if mismatch.is_some() { "differ" } else { "same" }, "damaged": !damage.is_empty(),
+        "format": 1, "verdict": verdict, "interrupted": stopped, "damaged": !damage.is_empty(),
         "same_build": same_build, "from": at(*from), "to": at(*to), "complete": !ends_early(done, duration),
         "compared_steps": steps, "compared_messages": messages, "first_difference": difference,
     })

@@ -45,14 +45,17 @@ impl<'a> Earlier<'a> {
         let loaded = input::recorded(path, text, settings)?;
         log.meets(&loaded.scene).map_err(|error| logs::failure(path, &error))?;
         let found = log.resumption(recorded, loaded.scene.duration).map_err(|error| logs::failure(path, &error))?;
-        let name = path.display();
+        let (name, (found, damage)) = (path.display(), found);
+        logs::warn(path, &damage, terminal);
         let Some(from) = found else {
             let text = format!("{name} has no whole checkpoint to go on from");
             return Err(Failure::Input(Message::new(text).file(name).hint("run its scene from the start")));
         };
-        let mut damage = log.damage().to_vec();
-        damage.extend(from.damage.iter().filter(|lost| !log.damage().contains(lost)).cloned());
-        logs::warn(path, &damage, terminal);
+        if !damage.is_empty() {
+            let (step, time) = (from.checkpoint.step, short(from.checkpoint.time));
+            let text = format!("{name} is used up to step {step} at t = {time} s; what follows is solved again");
+            terminal.note(text);
+        }
         let build = &log.run().build;
         if (build.version.as_str(), build.commit.as_str()) != (VERSION, COMMIT) {
             let text = format!(

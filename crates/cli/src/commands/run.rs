@@ -7,6 +7,7 @@ use agglo_core::diagnostics::{Level, Notice};
 use agglo_core::observer::ObserverError;
 use agglo_core::scene::{Compression, Scene};
 use agglo_core::{Ending, Flow, Observer, Outcome, RunError, Simulation, StepReport};
+use agglo_record::run::INTERRUPTED;
 use agglo_record::{BuildInfo, Options, RecordError, Recorded, Recorder};
 
 use super::resume::Earlier;
@@ -223,7 +224,7 @@ impl Ran<'_> {
             Ok(outcome) => {
                 let ending = match outcome.ending {
                     Ending::Finished => None,
-                    Ending::Stopped => Some((Level::Warning, "the run was interrupted".to_owned())),
+                    Ending::Stopped => Some((Level::Warning, INTERRUPTED.to_owned())),
                 };
                 let stopped = ending.is_some();
                 let log = log.map(|log| self.close(log, ending)).transpose()?;

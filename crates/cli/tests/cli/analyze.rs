@@ -105,11 +105,11 @@ fn what_a_log_says_and_is_not_so_is_told() {
         let again = p.messages.clone();
         p.messages = again.into_iter().flat_map(|message| [message.clone(), message]).collect();
     };
-    changed(twice).code(3).says(&["step 1 has states twice", "step 1 has diagnostics twice"]);
+    changed(twice).code(3).says(&["step 1 has two messages on /particles", "step 1 has two messages on /diagnostics"]);
     for t in [f64::NAN, -1.0, 1e300] {
         changed(|p| p.edit(Topic::Particles, 9, |cloud: &mut foxglove::PointCloud| cloud.t = t))
             .code(3)
-            .says(&["of step 9, a message is of t = "]);
+            .says(&["step 9 is of t = ", "and its message on /particles of "]);
     }
     changed(|p| p.messages.retain(|message| message.channel.topic != Some(Topic::ParticlesStatic)))
         .code(3)

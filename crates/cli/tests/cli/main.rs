@@ -4,6 +4,7 @@
 //! `scenes`   scenes given and refused: places, hints, `--errors json`, `--set`, `init`, `check`
 //! `runs`     runs and their logs: summary, streams, interruption, failure, the same bytes every time
 //! `files`    what is read and written: overwriting, folders, full disks, closed pipes
+//! `judged`   logs whose checksums hold and that are no logs of a run
 //! `logs`     `info` and `export`, on whole and damaged logs
 //! `analyze`  pages, tables, reports, and what a log says that is not so
 //! `bombs`    logs that are built to take memory: every command stays below 256 MiB
@@ -23,6 +24,7 @@ mod bombs;
 mod diff;
 mod files;
 mod help;
+mod judged;
 mod live;
 mod logs;
 mod planted;

@@ -96,31 +96,24 @@ impl Fold {
 
     /// Takes what a message came to.
     pub fn take(&mut self, t: f64, number: u64, part: Part, sink: &mut dyn Sink) -> Result<(), Failed> {
+        if let Part::Notice(notice) = &part {
+            // Said of a step, or of how the run ended: it begins none.
+            self.warnings += u64::from(notice.level != Level::Info);
+            return Ok(());
+        }
         if self.current.as_ref().is_none_or(|step| step.number != number) {
             self.close(sink)?;
             self.current = Some(Step { t, number, ..Step::default() });
         }
         let Some(step) = &mut self.current else { return Ok(()) };
-        if t.to_bits() != step.t.to_bits() && !matches!(part, Part::Notice(_)) {
-            self.lost.gap(format!("of step {number}, a message is of t = {t} s and another of {} s", step.t));
-        }
-        let twice = match part {
-            Part::State(state) => step.state.replace(state).map(|_| "states"),
-            Part::Diagnostics(diagnostics) => step.diagnostics.replace(diagnostics).map(|_| "diagnostics"),
-            Part::Energy(energy) => step.ledger.replace(energy).map(|_| "energies"),
-            Part::Clusters(clusters) => step.clusters.replace(clusters).map(|_| "cluster counts"),
-            Part::Impacts(impacts) => {
-                let twice = (!step.impacts.is_empty()).then_some("lists of impacts");
-                step.impacts = impacts;
-                twice
-            }
-            Part::Notice(notice) => {
-                self.warnings += u64::from(notice.level != Level::Info);
-                None
-            }
-        };
-        if let Some(what) = twice {
-            self.lost.gap(format!("step {number} has {what} twice: the first are passed over"));
+        // Of what stands there twice, which is said elsewhere, the last counts.
+        match part {
+            Part::State(state) => step.state = Some(state),
+            Part::Diagnostics(diagnostics) => step.diagnostics = Some(diagnostics),
+            Part::Energy(energy) => step.ledger = Some(energy),
+            Part::Clusters(clusters) => step.clusters = Some(clusters),
+            Part::Impacts(impacts) => step.impacts = impacts,
+            Part::Notice(_) => {}
         }
         Ok(())
     }
@@ -171,28 +164,13 @@ impl Fold {
         self.state(*state, ledger.as_deref(), sink)
     }
 
-    /// Whether the step follows the one before it; if not, what is between them is lost.
+    /// Takes note of the step, and of what is lost between it and the one before.
     fn follow(&mut self, step: &Step) {
         let expected = self.previous.map_or(0, |number| number.saturating_add(1));
-        // What is missing at a damage needs no other explanation.
-        let explained = step.damaged || self.lost.pending;
-        if step.number != expected && !explained {
-            let what = match self.previous {
-                None => format!("the log begins with step {}: what came before is not in it", step.number),
-                Some(before) if step.number > before => {
-                    format!("the steps between {before} and {} are not in the log", step.number)
-                }
-                Some(before) => format!("step {} follows step {before}", step.number),
-            };
-            self.lost.gap(what);
-        }
-        if step.number > 0 && step.diagnostics.is_none() && !explained {
-            self.lost.gap(format!("step {} is not in the log's diagnostics", step.number));
-        }
+        // Sums over impacts are no longer known.
         if step.number != expected || step.damaged {
             self.books.lose();
         }
-        self.lost.pending = step.damaged;
         self.previous = Some(step.number);
         self.steps_end = (step.number, step.t);
     }
@@ -297,9 +275,6 @@ impl Fold {
     ) -> Result<(), Failed> {
         let (t, step) = (state.t, state.step);
         let place = (t, step);
-        if recorded.is_none() {
-            self.lost.gap(format!("the state at t = {t} s, step {step}, has no energies in the log"));
-        }
         let steps = self.iterations.steps;
         let given_off = self.books.given_off(&state, recorded.map(|(ledger, _)| ledger), steps);
         let ledger = self.ledger(&state, given_off.as_ref(), recorded.map(|(ledger, _)| ledger));

@@ -30,7 +30,7 @@ use agglo_core::ledger::Ledger;
 use agglo_core::placement::place;
 use agglo_core::scene::{Precision, Scene};
 use agglo_core::state::{Columns, Particles};
-use agglo_record::channels::Topic;
+use agglo_record::channels::{Effects, Topic};
 use agglo_record::run::RunInfo;
 
 pub use agreement::{Agreement, Comparison, Difference, Label, Term};
@@ -40,6 +40,7 @@ pub use series::{Series, Span};
 pub use state::Temperature;
 
 use crate::error::{Damage, LogError};
+use crate::judge::Shape;
 use crate::log::Log;
 use crate::messages::Message;
 use books::Books;
@@ -205,12 +206,10 @@ pub struct Lost {
     pub damage: Vec<Damage>,
     /// Damages beyond those.
     pub more: u64,
-    /// Messages that are missing without a trace, as sentences; the first thousand.
+    /// Messages that are missing without a trace or in the wrong place, as sentences; the first thousand.
     pub gaps: Vec<String>,
     /// Gaps beyond those.
     pub more_gaps: u64,
-    /// Whether damage was noted since the last step.
-    pending: bool,
 }
 
 impl Lost {
@@ -221,7 +220,6 @@ impl Lost {
     }
 
     fn note(&mut self, damage: Damage) {
-        self.pending = true;
         if self.damage.len() < DAMAGE_KEPT { self.damage.push(damage) } else { self.more += 1 }
     }
 
@@ -324,12 +322,17 @@ impl<R: Read + Seek + Send> Log<R> {
         let model = Model::new(&scene, &particles, &start);
         let counts_clusters = model.cluster_range.is_some();
         let books = Books::new(&scene, &particles, single);
-        let basis = Basis { model, particles, single };
+        let shape = Shape::new(&scene, &Effects::new(&scene, particles.len()));
+        let basis = Basis { model, particles, shape, single };
         let mut fold = Fold::new(&scene, books, counts_clusters);
         let recorded_states = pipeline::run(self, &basis, options.every.max(1), |outcome| match outcome {
             Outcome::Part(t, step, part) => fold.take(t, step, part, sink),
             Outcome::Lost(damage) => {
                 fold.lose(damage);
+                Ok(())
+            }
+            Outcome::Wrong(damage) => {
+                fold.lost.gap(damage.what);
                 Ok(())
             }
             Outcome::Failed(error) => Err(error.into()),

@@ -28,6 +28,8 @@ const TOPICS: [Topic; 6] =
 enum Piece {
     Message(RawMessage, u64),
     Lost(Damage),
+    /// Something is missing without a trace, or in the wrong place.
+    Wrong(Damage),
     Failed(LogError),
 }
 
@@ -37,6 +39,8 @@ pub enum Outcome {
     Part(f64, u64, Part),
     /// Something is lost.
     Lost(Damage),
+    /// Something is missing without a trace, or in the wrong place; it is lost already.
+    Wrong(Damage),
     /// The log cannot be read on.
     Failed(LogError),
 }
@@ -66,10 +70,25 @@ pub fn run<R: Read + Seek + Send>(
 
 fn read<R: Read + Seek>(log: &mut Log<R>, every: u64, sender: &SyncSender<Vec<Piece>>) -> u64 {
     let (mut batch, mut bytes, mut states) = (Vec::new(), 0, 0);
+    let size = log.size();
+    let mut judge = match log.judge(&TOPICS) {
+        Ok(judge) => judge,
+        Err(error) => {
+            _ = sender.send(vec![Piece::Failed(error)]);
+            return states;
+        }
+    };
     let mut messages = log.raw_messages().only(&TOPICS);
     while let Some(message) = messages.next() {
         let piece = match message {
             Ok(message) => {
+                judge.message(&message, messages.offset());
+                if message.channel.topic == Some(Topic::Log)
+                    && let Ok(Some(entry)) = message.decode()
+                {
+                    judge.entry(&entry, messages.offset());
+                }
+                batch.extend(judge.take().into_iter().map(Piece::Wrong));
                 if message.channel.topic == Some(Topic::Particles) {
                     states += 1;
                     if !(states - 1_u64).is_multiple_of(every) {
@@ -79,7 +98,10 @@ fn read<R: Read + Seek>(log: &mut Log<R>, every: u64, sender: &SyncSender<Vec<Pi
                 bytes += message.data.len();
                 Piece::Message(message, messages.offset())
             }
-            Err(LogError::Damaged(damage)) => Piece::Lost(damage),
+            Err(LogError::Damaged(damage)) => {
+                judge.lose();
+                Piece::Lost(damage)
+            }
             Err(other) => Piece::Failed(other),
         };
         batch.push(piece);
@@ -90,6 +112,7 @@ fn read<R: Read + Seek>(log: &mut Log<R>, every: u64, sender: &SyncSender<Vec<Pi
             }
         }
     }
+    batch.extend(judge.finish(size).into_iter().map(Piece::Wrong));
     // Nobody listening is for the other side to explain.
     _ = sender.send(batch);
     states
@@ -108,6 +131,7 @@ fn outcome(piece: Piece, basis: &Basis) -> Option<Outcome> {
     let (message, offset) = match piece {
         Piece::Message(message, offset) => (message, offset),
         Piece::Lost(damage) => return Some(Outcome::Lost(damage)),
+        Piece::Wrong(damage) => return Some(Outcome::Wrong(damage)),
         Piece::Failed(error) => return Some(Outcome::Failed(error)),
     };
     let entry = match message.decode() {
@@ -115,11 +139,11 @@ fn outcome(piece: Piece, basis: &Basis) -> Option<Outcome> {
         Err(malformed) => return Some(Outcome::Lost(senseless(offset, &malformed.to_string()))),
     };
     drop(message);
+    if let Some(what) = basis.shape.fault(&entry) {
+        return Some(Outcome::Lost(Damage { offset, what }));
+    }
     let part = match entry.message {
-        Message::Particles(frame) => match basis.state(frame) {
-            Ok(state) => Part::State(Box::new(state)),
-            Err(what) => return Some(Outcome::Lost(Damage { offset, what })),
-        },
+        Message::Particles(frame) => Part::State(Box::new(basis.state(frame))),
         Message::Diagnostics(diagnostics) => Part::Diagnostics(diagnostics),
         Message::Energy(ledger, momentum) => Part::Energy(Box::new((ledger, momentum))),
         Message::Clusters(clusters) => Part::Clusters(clusters),

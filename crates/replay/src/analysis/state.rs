@@ -8,6 +8,7 @@ use agglo_core::state::{Columns, Particles, State};
 use agglo_record::cloud::Frame;
 
 use super::clusters::{Close, Clusters};
+use crate::judge::Shape;
 
 /// Round-off allowed of the sum of the absolute contributions to a quantity [-].
 pub const DOUBLE: f64 = 1e-12;
@@ -25,6 +26,8 @@ pub struct Basis {
     pub model: Model,
     /// Radii, masses, charges.
     pub particles: Particles,
+    /// What messages of the scene are like.
+    pub shape: Shape,
     /// Whether states are recorded in single precision.
     pub single: bool,
 }
@@ -90,19 +93,10 @@ pub struct StateValues {
 }
 
 impl Basis {
-    /// Recomputes what a state says.
-    ///
-    /// # Errors
-    /// A sentence, where it is no state of these particles.
-    pub fn state(&self, frame: Frame) -> Result<StateValues, String> {
+    /// Recomputes what a state of the right shape says.
+    pub fn state(&self, frame: Frame) -> StateValues {
         let Frame { t, step, position, velocity, temperature, cluster } = frame;
-        let (n, rows) = (self.particles.len(), position.len());
-        if rows != n {
-            return Err(format!("the state at t = {t} s, step {step}, has {rows} particles instead of {n}"));
-        }
-        if temperature.is_some() != self.model.heat_capacity.is_some() {
-            return Err(format!("the state at t = {t} s, step {step}, has other columns than the scene's"));
-        }
+        let n = self.particles.len();
         let state = State { position, velocity, temperature };
         let relative = if self.single { SINGLE } else { DOUBLE };
         let close = Close { particles: &self.particles, model: &self.model, position: &state.position };
@@ -114,7 +108,7 @@ impl Basis {
         let (linear, angular) = momentum(&self.particles, &state);
         let sizes = self.momentum_sizes(&state);
         let temperatures = state.temperature.unwrap_or_default();
-        Ok(StateValues {
+        StateValues {
             t,
             step,
             held: energies,
@@ -124,7 +118,7 @@ impl Basis {
             clusters,
             temperature: summary(&temperatures),
             temperatures,
-        })
+        }
     }
 
     /// Energies that a state holds, and the round-off allowed to them.

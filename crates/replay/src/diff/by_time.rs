@@ -135,7 +135,7 @@ fn compare(a: &mut Sample, b: Sample, pass: &mut Pass<'_>) {
         }
         if let Some(value) = pass.comparison.entries(&a, &b) {
             let what = value.to_string();
-            pass.report.first(First { t, step, channel: channel.to_owned(), value: Some(value), what });
+            pass.report.first(First { t, step: Some(step), channel: channel.to_owned(), value: Some(value), what });
         }
     }
 }

@@ -33,6 +33,8 @@ pub struct Curves {
     pub frames: u64,
     /// What is lost.
     pub damage: Vec<Damage>,
+    /// From when to when messages may be lost or wrong [s]; infinite where the end is lost.
+    pub lost: Option<(f64, f64)>,
     /// Time [s] and step of the first state with a number that is not finite, or that has no time.
     pub not_finite: Option<(f64, u64)>,
 }
@@ -106,6 +108,9 @@ pub const PROPORTIONAL: [&str; 5] = ["reaction_heat", "convected", "impact_loss"
 /// cold and slow pairs, has no such tail.) They are reported and not judged.
 pub const UNJUDGED: [&str; 3] = ["radiated", "max_temperature", "restitution"];
 
+/// Curves of what is largest up to the end of a block.
+const LARGEST_SO_FAR: [&str; 2] = ["largest_restitution", "largest_impact_heat"];
+
 /// Names of the sampled curves.
 const SAMPLED: [&str; 15] = [
     "kinetic",
@@ -136,10 +141,12 @@ impl Curves {
         let mut sampled = [Sampled::default(); SAMPLED.len()];
         let mut events = [Events::default(); BLOCKS.len()];
         let (mut end, mut frames, mut not_finite) = (0.0_f64, 0, None);
-        let topics = [Topic::Particles, Topic::Energy, Topic::Clusters, Topic::Diagnostics, Topic::Impacts];
-        for entry in log.messages().only(&topics) {
-            let Entry { t, step, message } = match entry {
-                Ok(entry) => entry,
+        let topics = [Topic::Particles, Topic::Energy, Topic::Clusters, Topic::Diagnostics, Topic::Impacts, Topic::Log];
+        let mut judged = log.judged_only(&topics)?;
+        for message in &mut judged {
+            let Entry { t, step, message } = match message {
+                Ok((_, Some(entry))) => entry,
+                Ok((_, None)) => continue,
                 Err(LogError::Damaged(lost)) => {
                     damage.push(lost);
                     continue;
@@ -184,7 +191,15 @@ impl Curves {
                 _ => {}
             }
         }
-        Ok(Self { curves: curves(&terms, &sampled, &events, duration), end, frames, damage, not_finite })
+        let lost = judged.lost();
+        Ok(Self { curves: curves(&terms, &sampled, &events, duration), end, frames, damage, lost, not_finite })
+    }
+
+    /// Whether what is lost has a part in a curve from one time to another [s].
+    pub fn lacks(&self, name: &str, (from, to): (f64, f64)) -> bool {
+        // What is largest so far rests on all that came before.
+        let from = if LARGEST_SO_FAR.contains(&name) { 0.0 } else { from };
+        self.lost.is_some_and(|(first, last)| first < to && last > from)
     }
 
     /// A curve by name.

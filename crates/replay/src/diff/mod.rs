@@ -92,14 +92,23 @@ pub struct Structure {
 pub struct First {
     /// Time [s].
     pub t: f64,
-    /// Step.
-    pub step: u64,
+    /// Step; `None` of a curve, which has none.
+    pub step: Option<u64>,
     /// Name of the channel; empty where it concerns a step as a whole.
     pub channel: String,
     /// The value that differs; `None` where a message or step is missing.
     pub value: Option<Difference>,
     /// What differs, as a sentence.
     pub what: String,
+}
+
+impl First {
+    /// Its time and, where it has one, its step.
+    #[must_use]
+    pub fn place(&self) -> String {
+        let step = self.step.map(|step| format!(", step {step}")).unwrap_or_default();
+        format!("t = {} s{step}", self.t)
+    }
 }
 
 /// A comparison.
@@ -182,7 +191,7 @@ impl Report {
             None => {
                 let (channel, what) = (channel.to_owned(), what.to_owned());
                 self.structure.push(Structure { channel: channel.clone(), what: what.clone(), count: 1, t, step });
-                self.first(First { t, step, channel, value: None, what });
+                self.first(First { t, step: Some(step), channel, value: None, what });
             }
         }
     }
@@ -376,7 +385,7 @@ impl Pass<'_> {
         let decides = |setting: &Setting| exact && !matches!(setting.kind, Kind::Packing | Kind::Build);
         if let Some(setting) = report.settings.iter().find(|setting| decides(setting)) {
             let what = format!("the scenes differ in {}", setting.name);
-            let first = First { t: 0.0, step: 0, channel: "scene.json".to_owned(), value: None, what };
+            let first = First { t: 0.0, step: Some(0), channel: "scene.json".to_owned(), value: None, what };
             report.first.get_or_insert(first);
             if report.verdict == Verdict::Same {
                 report.verdict = Verdict::Differ;
@@ -476,7 +485,7 @@ impl Pass<'_> {
                 self.parted = Some((t, step, value.index));
             }
             let what = value.to_string();
-            self.report.first(First { t, step, channel: name.to_owned(), value: Some(value), what });
+            self.report.first(First { t, step: Some(step), channel: name.to_owned(), value: Some(value), what });
         } else if exact && !bytes && fields::first_difference(&first, &second).is_none() {
             // The values are the same: what is drawn of them, or what a later version added, is not.
             self.report.structure(name, "the message has other bytes, though its values are the same", (t, step));

@@ -14,7 +14,7 @@ use super::curves::{BLOCKS, Curves, PROPORTIONAL, UNJUDGED};
 use super::settings;
 use super::tolerance::Tolerances;
 use super::{First, Profile, Report, Setting, Structure, Verdict};
-use crate::error::LogError;
+use crate::error::{Damage, LogError};
 use crate::log::Log;
 
 /// Reference runs that a band needs.
@@ -99,7 +99,15 @@ pub fn judge<R: Read + Seek>(
         bands.push(Curves::of(reference, duration)?);
     }
     report.damage_a = found.damage.clone();
-    report.damage_b = bands.iter().flat_map(|band| band.damage.iter().cloned()).collect();
+    for (k, band) in bands.iter().enumerate() {
+        // The first is log B; the others have no name here.
+        let whose = |what: &str| if k == 0 { what.to_owned() } else { format!("reference {}: {what}", k + 1) };
+        let damage = band.damage.iter().map(|lost| Damage { offset: lost.offset, what: whose(&lost.what) });
+        report.damage_b.extend(damage);
+    }
+    if let Some(why) = bands.iter().enumerate().find_map(|(k, band)| unfit(k, band, duration)) {
+        return Ok(report.incomparable(why));
+    }
     for (name, curves) in
         std::iter::once(("the log that is judged", &found)).chain(bands.iter().map(|c| ("a reference", c)))
     {
@@ -107,15 +115,14 @@ pub fn judge<R: Read + Seek>(
             let what = format!("{name} has a state with a number that is not finite");
             report.structure.push(Structure { channel: "/particles".to_owned(), what, count: 1, t, step });
         }
-        // An end that is no number is none that is met.
-        let apart = (curves.end - duration).abs();
-        if apart > 1e-6 * duration || apart.is_nan() {
+        // Where the end is lost, the blocks that lack it are said.
+        if !ends_with(curves.end, duration) && !curves.lost.is_some_and(|(_, last)| last == f64::INFINITY) {
             let what = format!("{name} ends at t = {} s instead of {duration} s", curves.end);
             report.not_compared.push(what);
         }
     }
     let with_band = bands.len() >= LEAST_REFERENCES;
-    let mut judgements = Vec::new();
+    let (mut judgements, mut unjudged) = (Vec::new(), Vec::new());
     for curve in &bands[0].curves {
         let tolerance = tolerances.of(&format!("curves.{}", curve.name), "");
         if tolerance.ignore {
@@ -132,6 +139,10 @@ pub fn judge<R: Read + Seek>(
             let span = (start * duration, share * duration);
             start = *share;
             let values: Vec<f64> = bands.iter().filter_map(|band| Some(band.get(curve.name)?.blocks[k])).collect();
+            if found.lacks(curve.name, span) {
+                unjudged.push((curve.name, span));
+                continue;
+            }
             let own = own.blocks[k];
             judgements.push(if with_band {
                 against_band(curve.name, span, own, &values)
@@ -160,7 +171,7 @@ pub fn judge<R: Read + Seek>(
         let Judgement { curve, span, value, mean, .. } = worst;
         let what = format!("curves.{curve} is {value} instead of {mean} from t = {} s to {} s", span.0, span.1);
         let channel = format!("curves.{curve}");
-        report.first = Some(First { t: span.0, step: 0, channel, value: None, what });
+        report.first = Some(First { t: span.0, step: None, channel, value: None, what });
     }
     report.compared_steps = found.frames;
     report.ignored = tolerances.ignored();
@@ -169,6 +180,16 @@ pub fn judge<R: Read + Seek>(
     let failed = judgements.iter().any(|judgement| !judgement.passed) || !report.structure.is_empty();
     if failed || !report.not_compared.is_empty() {
         report.verdict = Verdict::Differ;
+    }
+    // Said, and no difference: that a part is lost is damage.
+    for (curve, (from, to)) in &unjudged {
+        report
+            .not_compared
+            .push(format!("curves.{curve} from t = {from} s to {to} s: a part of the log is lost there"));
+    }
+    if judgements.is_empty() && !unjudged.is_empty() {
+        let why = "of the log that is judged, so much is lost that no curve is whole";
+        report.verdict = Verdict::Incomparable(why.to_owned());
     }
     if let [first, ..] = &unmatched[..] {
         report.verdict = Verdict::Incomparable(format!("the tolerance for `{first}` matches no curve"));
@@ -185,6 +206,22 @@ fn stray(number: usize, first: &Scene, other: &Scene) -> Result<Vec<Setting>, Lo
         setting.name = format!("reference {}: {}", number + 1, setting.name);
     }
     Ok(found)
+}
+
+/// Why a reference cannot judge anything: a part of it is lost, or it ends elsewhere than its scene.
+fn unfit(k: usize, reference: &Curves, duration: f64) -> Option<String> {
+    let name = if k == 0 { "the second log".to_owned() } else { format!("reference {}", k + 1) };
+    match reference.lost {
+        Some((from, to)) if to.is_finite() => Some(format!("a part of {name} is lost between t = {from} s and {to} s")),
+        Some((from, _)) => Some(format!("the end of {name} is lost from t = {from} s on")),
+        None if ends_with(reference.end, duration) => None,
+        None => Some(format!("{name} ends at t = {} s instead of {duration} s", reference.end)),
+    }
+}
+
+/// Whether a log whose last state is at `end` [s] reaches the duration; an end that is no number reaches none.
+fn ends_with(end: f64, duration: f64) -> bool {
+    (end - duration).abs() <= 1e-6 * duration
 }
 
 fn rank(judgement: &Judgement) -> f64 {
@@ -244,6 +281,17 @@ fn student(freedom: f64) -> Option<StudentsT> {
     StudentsT::new(0.0, 1.0, freedom).ok()
 }
 
+/// The distance from the middle beyond which the distribution has a share `tail` on one side. The library's own inverse
+/// panics for shares near zero; this one bisects the logarithm of the distance.
+fn quantile(student: &StudentsT, tail: f64) -> f64 {
+    let (mut near, mut far) = (-50.0_f64, 700.0_f64);
+    for _ in 0..64 {
+        let middle = 0.5 * (near + far);
+        if student.cdf(-middle.exp()) > tail { near = middle } else { far = middle }
+    }
+    (0.5 * (near + far)).exp()
+}
+
 /// Holm's step-down procedure: the k-th least likely of m must be less likely than significance / (m - k + 1).
 fn holm(judgements: &mut [Judgement], significance: f64, references: usize) {
     judgements.sort_by(|a, b| rank(a).total_cmp(&rank(b)));
@@ -254,7 +302,7 @@ fn holm(judgements: &mut [Judgement], significance: f64, references: usize) {
         let level = significance / (m - k) as f64;
         rejecting &= judgement.probability.is_some_and(|p| p < level);
         judgement.passed = !rejecting;
-        let quantile = student(n - 1.0).map_or(f64::INFINITY, |student| -student.inverse_cdf(0.5 * level));
+        let quantile = student(n - 1.0).map_or(f64::INFINITY, |student| quantile(&student, 0.5 * level));
         let Some(band) = judgement.band else { continue };
         let width = (band.deviation * (1.0 + 1.0 / n).sqrt() * quantile).max(least_change(band.log, band.mean));
         judgement.allowed = band.back(band.mean + width) - band.back(band.mean);
@@ -293,6 +341,21 @@ mod tests {
         let mut many: Vec<Judgement> = (0..100).map(|k| judgement(if k == 0 { 0.009 } else { 0.5 })).collect();
         holm(&mut many, 0.01, 8);
         assert!(many.iter().all(|judgement| judgement.passed));
+    }
+
+    #[test]
+    fn quantiles_of_every_share_are_numbers() {
+        let student = student(4.0).unwrap();
+        for (tail, expected) in [(0.005, 4.604_094_871), (0.025, 2.776_445_105), (0.25, 0.740_697_084)] {
+            let found = quantile(&student, tail);
+            assert!((found - expected).abs() < 1e-8, "{found} instead of the tabulated {expected}");
+        }
+        let mut before = 0.0;
+        for tail in [0.5 * (1.0 - f64::EPSILON), 1e-9, 1e-100, 1e-300, f64::MIN_POSITIVE, 5e-324] {
+            let found = quantile(&student, tail);
+            assert!(found.is_finite() && found > before, "{tail}: {found}");
+            before = found;
+        }
     }
 
     #[test]

@@ -8,12 +8,11 @@ pub mod vtp;
 use std::io::{Read, Seek};
 
 use agglo_core::state::Particles;
-use agglo_record::channels::Topic;
 use agglo_record::cloud::Frame;
 
-use crate::error::{Damage, LogError};
+use crate::error::{Damage, LogError, NoState};
 use crate::log::Log;
-use crate::messages::Message;
+use crate::messages::{Entry, Message};
 
 pub use extxyz::ExtendedXyz;
 
@@ -125,16 +124,16 @@ pub fn states<R: Read + Seek>(
         At::All => {
             // All of the file is read anyway.
             done.damage = log.file_damage()?;
-            for entry in log.messages().only(&[Topic::Particles]) {
-                match entry {
-                    Ok(entry) => {
-                        if let Message::Particles(frame) = entry.message {
-                            take(&frame, &mut done)?;
-                        }
-                    }
+            for message in log.judged()? {
+                match message {
+                    Ok((_, Some(Entry { message: Message::Particles(frame), .. }))) => take(&frame, &mut done)?,
+                    Ok(_) => {}
                     Err(LogError::Damaged(damage)) => done.damage.push(damage),
                     Err(other) => return Err(other.into()),
                 }
+            }
+            if done.frames == 0 {
+                return Err(LogError::NoState(NoState { time: f64::INFINITY, first: None }).into());
             }
         }
     }

@@ -13,7 +13,7 @@ pub fn report(names: Names<'_>, report: &Report) -> String {
         Verdict::Differ => {
             let what = report.first.as_ref().map_or_else(
                 || report.not_compared.join("; "),
-                |first| format!("first difference at t = {} s, step {}: {}", first.t, first.step, first.what),
+                |first| format!("first difference at {}: {}", first.place(), first.what),
             );
             line("error", &format!("differs from {}: {what}", names.b))
         }

@@ -26,7 +26,7 @@ pub fn report(names: Names<'_>, report: &Report) -> String {
     }
     if let Some(first) = &report.first {
         let (channel, what) = (escape(&first.channel), escape(&first.what));
-        _ = writeln!(text, "First difference at t = {} s, step {}, {channel}: {what}\n", first.t, first.step);
+        _ = writeln!(text, "First difference at {}, {channel}: {what}\n", first.place());
     }
     if let Some(cause) = &report.cause {
         _ = writeln!(text, "Just before the states part: {}\n", escape(&cause.to_string()));

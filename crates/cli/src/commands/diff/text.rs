@@ -30,7 +30,7 @@ pub fn report(names: Names<'_>, report: &Report) -> String {
     }
     if let Some(first) = &report.first {
         let place = if first.channel.is_empty() { String::new() } else { format!(", {}", first.channel) };
-        _ = writeln!(text, "first difference at t = {} s, step {}{place}: {}", first.t, first.step, first.what);
+        _ = writeln!(text, "first difference at {}{place}: {}", first.place(), first.what);
     }
     if let Some(cause) = &report.cause {
         _ = writeln!(text, "just before the states part: {cause}");
