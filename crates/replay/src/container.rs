@@ -2,7 +2,7 @@
 
 mod unpack;
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Read, Seek, SeekFrom};
 
 use mcap::records::op;
@@ -18,6 +18,14 @@ const RECORD_HEAD: u64 = 1 + 8;
 /// A chunk that holds a single step of very many particles may be larger by this for each of them [bytes]; states take 68,
 /// and the impacts of a step some hundred.
 const PARTICLE: u64 = 4 * 1024;
+
+/// Metadata records and attachments that a log may have: ours have three, recovered ones one more.
+const MOST_NOTED: usize = 1000;
+
+/// Bytes of records that a log may claim for each of its own, and beside its largest part. A lattice at rest packs 120-fold; what is
+/// built to keep a reader busy, 4000-fold.
+const PACKED: u64 = 512;
+const UNPACKED: u64 = 64 * 1024 * 1024;
 
 /// A part that cannot be read: lost, or the device fails.
 pub enum Fault {
@@ -77,7 +85,11 @@ pub struct Container<R> {
     /// What is known to be lost.
     pub damage: Vec<Damage>,
     /// Offsets of metadata records and attachments that have been seen.
-    noted: Vec<u64>,
+    noted: BTreeSet<u64>,
+    /// Chunks whose claims have been counted, and these together [bytes].
+    granted: (BTreeSet<u64>, u64),
+    /// Where the reader stands, if that is known [byte].
+    place: Option<u64>,
     /// A chunk as it stands in the file; memory that is used again.
     packed: Vec<u8>,
     /// Records of a chunk; memory that is used again.
@@ -103,13 +115,16 @@ impl<R: Read + Seek> Container<R> {
             chunks: Vec::new(),
             index: None,
             damage: Vec::new(),
-            noted: Vec::new(),
+            noted: BTreeSet::new(),
+            granted: (BTreeSet::new(), 0),
+            place: None,
             packed: Vec::new(),
             spare: Vec::new(),
             unpacker: Unpacker::default(),
             limit: SMALL,
         };
         let data = container.prologue()?;
+        container.place = None;
         match summary::read(&mut container.reader, size) {
             Ok(index) => container.follow(index)?,
             Err(Fault::Io(error)) => return Err(error.into()),
@@ -152,7 +167,9 @@ impl<R: Read + Seek> Container<R> {
         self.chunks.clone_from(&index.chunks);
         // Our own logs have all of these before the first chunk; others that were mended may not.
         for &offset in &index.others {
-            if let Some((opcode, length)) = self.head(offset)? {
+            if !self.noted.contains(&offset)
+                && let Some((opcode, length)) = self.head(offset)?
+            {
                 self.note(opcode, offset, length)?;
             }
         }
@@ -162,10 +179,18 @@ impl<R: Read + Seek> Container<R> {
 
     /// Takes note of a metadata record or an attachment; of other records there is nothing to note.
     fn note(&mut self, opcode: u8, offset: u64, length: u64) -> Result<(), LogError> {
-        if !matches!(opcode, op::METADATA | op::ATTACHMENT) || self.noted.contains(&offset) {
+        if !matches!(opcode, op::METADATA | op::ATTACHMENT) || !self.noted.insert(offset) {
             return Ok(());
         }
-        self.noted.push(offset);
+        if self.noted.len() > MOST_NOTED {
+            if self.noted.len() == MOST_NOTED + 1 {
+                let what = format!(
+                    "more than {MOST_NOTED} metadata records and attachments: those from here on are passed over"
+                );
+                self.damage.push(Damage { offset, what });
+            }
+            return Ok(());
+        }
         // Of an attachment, its content is read when it is asked for.
         let wanted = if opcode == op::METADATA { length } else { length.min(records::ATTACHMENT_HEAD) };
         let body = match self.body(offset, wanted) {
@@ -233,8 +258,7 @@ impl<R: Read + Seek> Container<R> {
     fn chunk_head(&mut self, offset: u64, length: u64) -> Result<Option<ChunkHead>, LogError> {
         let mut head = [0; records::CHUNK_HEAD];
         let have = length.min(records::CHUNK_HEAD as u64) as usize;
-        self.reader.seek(SeekFrom::Start(offset + RECORD_HEAD))?;
-        self.reader.read_exact(&mut head[..have])?;
+        self.read(offset + RECORD_HEAD, &mut head[..have])?;
         Ok(records::chunk(&head[..have], length))
     }
 
@@ -245,8 +269,7 @@ impl<R: Read + Seek> Container<R> {
         let mut window = vec![0; WINDOW + LEAST];
         while offset < self.size {
             let have = (self.size - offset).min(window.len() as u64) as usize;
-            self.reader.seek(SeekFrom::Start(offset))?;
-            self.reader.read_exact(&mut window[..have])?;
+            self.read(offset, &mut window[..have])?;
             for (k, _) in window[..have.min(WINDOW)].iter().enumerate().filter(|(_, byte)| **byte == op::CHUNK) {
                 let mut fields = Fields(&window[k + 1..have]);
                 let here = offset + k as u64;
@@ -267,8 +290,7 @@ impl<R: Read + Seek> Container<R> {
         let end = offset.checked_add(RECORD_HEAD);
         let Some(left) = end.and_then(|end| self.size.checked_sub(end)) else { return Ok(None) };
         let mut head = [0; RECORD_HEAD as usize];
-        self.reader.seek(SeekFrom::Start(offset))?;
-        self.reader.read_exact(&mut head)?;
+        self.read(offset, &mut head)?;
         let length = u64::from_le_bytes(std::array::from_fn(|k| head[1 + k]));
         // Opcode 0 is no record, and a run of zeros is what some file systems leave of a file after a crash.
         Ok((head[0] != 0 && length <= left).then_some((head[0], length)))
@@ -281,8 +303,7 @@ impl<R: Read + Seek> Container<R> {
             return Err(Fault::Lost(format!("its {length} bytes are above the limit of {} bytes", self.limit)));
         }
         let mut body = vec![0; usize::try_from(length).map_err(|_| Fault::Lost("it is too long".to_owned()))?];
-        self.reader.seek(SeekFrom::Start(offset + RECORD_HEAD))?;
-        self.reader.read_exact(&mut body)?;
+        self.read(offset + RECORD_HEAD, &mut body)?;
         Ok(body)
     }
 
@@ -312,6 +333,7 @@ impl<R: Read + Seek> Container<R> {
         let lost = |offset, what: &str| LogError::Damaged(Damage { offset, what: what.to_owned() });
         let end = index.start.saturating_sub(DATA_END);
         let mut record = [0; DATA_END as usize];
+        self.place = None;
         self.reader.seek(SeekFrom::Start(end))?;
         self.reader.read_exact(&mut record)?;
         if record[0] != op::DATA_END || record[1..9] != 4_u64.to_le_bytes() {
@@ -357,8 +379,49 @@ impl<R: Read + Seek> Container<R> {
         let Some((opcode, body)) = body else {
             return Some(Err(Fault::Lost("a record in it ends beyond it".to_owned())));
         };
+        if opcode == 0 {
+            return Some(Err(Fault::Lost(NO_RECORD.to_owned())));
+        }
         chunk.at = records.len() - fields.0.len();
         Some(Ok(act(opcode, body)))
+    }
+
+    /// Fills a buffer with what stands at `offset`. What follows the last reading closely is read on, not sought:
+    /// seeking throws away what is buffered.
+    fn read(&mut self, offset: u64, buffer: &mut [u8]) -> std::io::Result<()> {
+        const CLOSE: u64 = 4096;
+        let ahead = self.place.take().and_then(|place| offset.checked_sub(place));
+        match ahead.filter(|ahead| *ahead <= CLOSE) {
+            Some(ahead) => {
+                let mut skipped = [0; CLOSE as usize];
+                self.reader.read_exact(&mut skipped[..ahead as usize])?;
+            }
+            None => drop(self.reader.seek(SeekFrom::Start(offset))?),
+        }
+        self.reader.read_exact(buffer)?;
+        self.place = Some(offset + buffer.len() as u64);
+        Ok(())
+    }
+
+    /// Counts what a chunk claims to hold; all of them together may claim so many times the size of the file.
+    fn grant(&mut self, offset: u64, claimed: u64) -> Result<(), Fault> {
+        let (known, total) = &mut self.granted;
+        // One that is too large by itself is refused as such.
+        if known.contains(&offset) || claimed > self.limit {
+            return Ok(());
+        }
+        let most = self.size.saturating_mul(PACKED).saturating_add(UNPACKED).saturating_add(self.limit);
+        match total.checked_add(claimed).filter(|total| *total <= most) {
+            Some(with) => *total = with,
+            None => {
+                let what = format!(
+                    "with the chunks before it the log claims more than the {most} bytes of records that its size allows"
+                );
+                return Err(Fault::Lost(what));
+            }
+        }
+        known.insert(offset);
+        Ok(())
     }
 
     /// The records of a chunk, their checksum verified.
@@ -377,10 +440,13 @@ impl<R: Read + Seek> Container<R> {
             return Err(Fault::Lost(format!("its {length} bytes are above the limit of {} bytes", self.limit)));
         }
         let length = usize::try_from(length).map_err(|_| lost("it is too long"))?;
-        self.packed.resize(length, 0);
-        self.reader.seek(SeekFrom::Start(chunk.offset + RECORD_HEAD))?;
-        self.reader.read_exact(&mut self.packed)?;
+        let mut packed = std::mem::take(&mut self.packed);
+        packed.resize(length, 0);
+        let read = self.read(chunk.offset + RECORD_HEAD, &mut packed);
+        self.packed = packed;
+        read?;
         let head = records::chunk(&self.packed, length as u64).ok_or_else(|| lost("its head makes no sense"))?;
+        self.grant(chunk.offset, head.uncompressed_size)?;
         let mut records = std::mem::take(&mut self.spare);
         records.clear();
         self.unpacker.unpack(&head, &self.packed[head.records..], self.limit, &mut records)?;
@@ -390,6 +456,9 @@ impl<R: Read + Seek> Container<R> {
         Ok(records)
     }
 }
+
+/// What is said of a chunk in which a record is of kind 0, which MCAP has not.
+const NO_RECORD: &str = "what it holds are no records";
 
 /// A chunk that is being read.
 pub struct ChunkReader {

@@ -78,6 +78,8 @@ pub struct Judge {
     /// From when to when something may be lost or wrong [s].
     lost: Option<(f64, f64)>,
     found: Vec<Damage>,
+    /// Faults that were named.
+    named: usize,
     /// Faults beyond those that are named, and where the first of them is.
     more: Option<(u64, u64)>,
 }
@@ -131,6 +133,7 @@ impl Judge {
             ended_early: false,
             lost: None,
             found: Vec::new(),
+            named: 0,
             more: None,
         }
     }
@@ -415,11 +418,15 @@ impl Judge {
         );
     }
 
-    fn fault(&mut self, offset: u64, what: String) {
+    /// Takes note of something that is wrong, such as a message that makes no sense.
+    pub fn fault(&mut self, offset: u64, what: String) {
         self.touch(None);
         match &mut self.more {
             Some((more, _)) => *more += 1,
-            None if self.found.len() < NAMED => self.found.push(Damage { offset, what }),
+            None if self.named < NAMED => {
+                self.named += 1;
+                self.found.push(Damage { offset, what });
+            }
             None => self.more = Some((1, offset)),
         }
     }

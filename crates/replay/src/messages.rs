@@ -201,7 +201,12 @@ pub struct RawMessages<'a, R> {
     known: Vec<Damage>,
     /// The largest message that makes sense [bytes].
     largest: usize,
+    /// Records without sense so far, and where the first that is not named stands [byte].
+    senseless: (u64, u64),
 }
+
+/// Records without sense that are named one by one; beyond it they are counted.
+const NAMED: u64 = 1000;
 
 /// What came out of one record.
 enum Step {
@@ -216,7 +221,7 @@ impl<'a, R: Read + Seek> RawMessages<'a, R> {
         let chunks: Vec<ChunkRef> = log.container.chunks[chunks].iter().rev().copied().collect();
         let known = log.container.damage.iter().rev().cloned().collect();
         let (channels, largest) = (log.channels.clone(), log.container.largest_message());
-        Self { log, only: None, channels, chunks, open: None, known, largest }
+        Self { log, only: None, channels, chunks, open: None, known, largest, senseless: (0, 0) }
     }
 
     /// The same, with the messages of these topics only; the others are not even copied.
@@ -230,6 +235,13 @@ impl<'a, R: Read + Seek> RawMessages<'a, R> {
     pub(crate) fn part(mut self) -> Self {
         self.known.clear();
         self
+    }
+
+    /// What was counted only, once.
+    fn unnamed(&mut self) -> Option<Damage> {
+        let (count, offset) = std::mem::take(&mut self.senseless);
+        let more = count.checked_sub(NAMED).filter(|more| *more > 0)?;
+        Some(Damage { offset, what: format!("{more} more records from here on make no sense") })
     }
 
     /// Where the chunk that is being read begins [byte].
@@ -285,7 +297,13 @@ impl<R: Read + Seek> Iterator for RawMessages<'_, R> {
             let Some((chunk, mut reader)) = self.open.take() else {
                 match self.chunks.pop() {
                     Some(chunk) => self.open = Some((chunk, self.log.container.open_chunk(chunk))),
-                    None => return self.known.pop().map(|damage| Err(LogError::Damaged(damage))),
+                    None => {
+                        return self
+                            .known
+                            .pop()
+                            .or_else(|| self.unnamed())
+                            .map(|damage| Err(LogError::Damaged(damage)));
+                    }
                 }
                 continue;
             };
@@ -311,7 +329,15 @@ impl<R: Read + Seek> Iterator for RawMessages<'_, R> {
                     match step {
                         Step::Message(message) => return Some(Ok(message)),
                         Step::Channel(id, channel) => drop(self.channels.insert(id, channel)),
-                        Step::Malformed(what) => return Some(Err(LogError::Damaged(senseless(chunk.offset, &what)))),
+                        Step::Malformed(what) => {
+                            self.senseless.0 += 1;
+                            if self.senseless.0 <= NAMED {
+                                return Some(Err(LogError::Damaged(senseless(chunk.offset, &what))));
+                            }
+                            if self.senseless.0 == NAMED + 1 {
+                                self.senseless.1 = chunk.offset;
+                            }
+                        }
                         Step::Nothing => {}
                     }
                 }

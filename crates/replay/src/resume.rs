@@ -3,10 +3,11 @@
 use std::io::{Read, Seek, Write};
 
 use agglo_core::checkpoint::Checkpoint;
-use agglo_core::state::Particles;
+use agglo_core::state::{Particles, State};
 use agglo_record::channels::Topic;
 use agglo_record::{CarriedStep, RecordError, Recorder};
 
+use crate::Frame;
 use crate::error::{Damage, LogError};
 use crate::log::Log;
 use crate::messages::{Entry, Message, RawMessage};
@@ -32,6 +33,8 @@ pub enum CarryError {
     Log(LogError),
     /// The new log could not be written.
     Record(RecordError),
+    /// The old log is of another run than its scene and checkpoint; a sentence.
+    Stranger(String),
 }
 
 impl std::fmt::Display for CarryError {
@@ -39,6 +42,7 @@ impl std::fmt::Display for CarryError {
         match self {
             Self::Log(error) => error.fmt(f),
             Self::Record(error) => error.fmt(f),
+            Self::Stranger(what) => f.write_str(what),
         }
     }
 }
@@ -99,7 +103,7 @@ impl<R: Read + Seek> Log<R> {
     }
 
     /// Writes the steps up to a checkpoint to a new log, as they stand here. The checkpoint itself goes with them only if
-    /// the new run would write it: `keep`. `watch` sees time [s] and number of every step, and ends this by returning false,
+    /// the new run would write it: `keep`. `state` is that of the checkpoint, in the scene's coordinates. `watch` sees time [s] and number of every step, and ends this by returning false,
     /// which then comes back.
     ///
     /// # Errors
@@ -108,7 +112,7 @@ impl<R: Read + Seek> Log<R> {
         &mut self,
         checkpoint: &Checkpoint,
         keep: bool,
-        particles: &Particles,
+        (particles, state): (&Particles, &State),
         recorder: &mut Recorder<W>,
         mut watch: impl FnMut(f64, u64) -> bool,
     ) -> Result<bool, CarryError> {
@@ -127,10 +131,20 @@ impl<R: Read + Seek> Log<R> {
             }
             let RawMessage { log_time, data, .. } = message;
             let last = topic == Topic::Checkpoint && of == checkpoint.step;
-            if topic == Topic::Particles
-                && let Ok(Entry { message: Message::Particles(frame), .. }) = Message::decode(topic, &data)
-            {
-                step.frame = Some(frame);
+            if matches!(topic, Topic::Particles | Topic::ParticlesStatic) {
+                match Message::decode(topic, &data).map(|entry| entry.message) {
+                    Ok(Message::Static(found)) if found != *particles => {
+                        let what = "its particles have other radii, masses or charges than its scene gives them";
+                        return Err(CarryError::Stranger(what.to_owned()));
+                    }
+                    Ok(Message::Particles(frame)) if of == checkpoint.step && !shows(&frame, state) => {
+                        let what =
+                            format!("its checkpoint of step {of} at t = {t} s holds another state than /particles");
+                        return Err(CarryError::Stranger(what));
+                    }
+                    Ok(Message::Particles(frame)) => step.frame = Some(frame),
+                    _ => {}
+                }
             }
             if !last || keep {
                 step.messages.push((topic, log_time, data));
@@ -142,4 +156,18 @@ impl<R: Read + Seek> Log<R> {
         recorder.carry(particles, &step).map_err(CarryError::Record)?;
         Ok(true)
     }
+}
+
+/// Whether a recorded state is this one, to the bit as far as it is recorded.
+fn shows(frame: &Frame, state: &State) -> bool {
+    let same = |recorded: &[f64], values: &[f64]| {
+        let of = |value: f64| [value.to_bits(), f64::from(value as f32).to_bits()];
+        recorded.len() == values.len()
+            && recorded.iter().zip(values).all(|(recorded, value)| of(*value).contains(&recorded.to_bits()))
+    };
+    let columns =
+        |recorded: [&[f64]; 3], values: [&[f64]; 3]| recorded.into_iter().zip(values).all(|(a, b)| same(a, b));
+    columns(frame.position.axes(), state.position.axes())
+        && columns(frame.velocity.axes(), state.velocity.axes())
+        && same(frame.temperature.as_deref().unwrap_or_default(), state.temperature.as_deref().unwrap_or_default())
 }

@@ -87,10 +87,15 @@ impl<'a> Earlier<'a> {
             Simulation::resume(&loaded.scene, checkpoint).map_err(|error| loaded.failure(error.problems))?;
         let keep = resumed.checkpoint_due(checkpoint.step == 0);
         recorder.begin(simulation.particles(), simulation.state());
-        let carried = self.log.carry(checkpoint, keep, simulation.particles(), recorder, watch);
+        let carried = self.log.carry(checkpoint, keep, (simulation.particles(), resumed.state()), recorder, watch);
         let done = carried.map_err(|error| match error {
             CarryError::Log(error) => logs::failure(&self.path, &error),
             CarryError::Record(error) => log_failure(output, &error),
+            CarryError::Stranger(what) => {
+                let name = self.path.display();
+                let message = Message::new(format!("{name} is no log to go on from: {what}")).file(name);
+                Failure::Input(message.hint("`agglo replay LOG --verify` says where it stops being its scene's"))
+            }
         })?;
         std::mem::swap(simulation, &mut resumed);
         let (step, time) = (checkpoint.step, short(checkpoint.time));

@@ -97,6 +97,68 @@ fn base() -> (Folder, Parts) {
 
 const MIB: usize = 1 << 20;
 
+/// A log with chunks of `records` behind it, `count` times, without checksums.
+fn with_chunks(parts: &Parts, records: &[u8], count: usize) -> Vec<u8> {
+    let packed = zstd::bulk::compress(records, 3).unwrap();
+    let mut body = [[0; 16].as_slice(), &(records.len() as u64).to_le_bytes(), &[0; 4]].concat();
+    body.extend(4_u32.to_le_bytes());
+    body.extend(b"zstd");
+    body.extend((packed.len() as u64).to_le_bytes());
+    body.extend(packed);
+    // Cut off behind the chunks: the reader looks for them itself.
+    let whole = parts.write();
+    let end = last_chunk(&whole);
+    let length = u64::from_le_bytes(whole[end + 1..end + 9].try_into().unwrap()) as usize;
+    let mut bytes = whole[..end + 9 + length].to_vec();
+    for _ in 0..count {
+        bytes.push(op::CHUNK);
+        bytes.extend((body.len() as u64).to_le_bytes());
+        bytes.extend(&body);
+    }
+    bytes
+}
+
+/// Every command ends, and soon: each may take seconds where it took minutes.
+#[track_caller]
+fn ends_soon(name: &str, folder: &Folder) {
+    // The others read in the same ways.
+    for command in
+        COMMANDS.iter().filter(|command| matches!(command[..], ["info", _, "--check"] | ["recover" | "run", ..]))
+    {
+        let started = std::time::Instant::now();
+        let ran = folder.agglo(command);
+        let took = started.elapsed().as_secs_f64();
+        assert!(matches!(ran.code, Some(0..=3)), "{name}: {command:?} ends with {:?}", ran.code);
+        assert!(took < 10.0, "{name}: {command:?} takes {took} s");
+    }
+}
+
+#[test]
+fn what_is_built_to_keep_a_reader_busy_does_not() {
+    let (folder, parts) = base();
+    folder.write("bomb.mcap", with_chunks(&parts, &vec![0; 31 * MIB], 200));
+    ends_soon("zeros", &folder);
+    // Messages on a channel that no chunk describes.
+    let message = [&[op::MESSAGE][..], &22_u64.to_le_bytes(), &[0xff; 22]].concat();
+    let records: Vec<u8> = message.iter().copied().cycle().take(31 * MIB / message.len() * message.len()).collect();
+    folder.write("bomb.mcap", with_chunks(&parts, &records, 200));
+    ends_soon("messages", &folder);
+    // Metadata records in front of everything.
+    let mut new = Cursor::new(Vec::new());
+    let mut writer = mcap::WriteOptions::new().create(&mut new).unwrap();
+    parts.begin(&mut writer);
+    for k in 0..100_000 {
+        let record = mcap::records::Metadata { name: format!("m{k}"), metadata: Default::default() };
+        writer.write_metadata(&record).unwrap();
+    }
+    parts.messages.iter().for_each(|message| Parts::add(&mut writer, message));
+    writer.finish().unwrap();
+    drop(writer);
+    folder.write("bomb.mcap", new.into_inner());
+    ends_soon("metadata", &folder);
+    folder.agglo(&["info", "bomb.mcap"]).code(3).says(&["more than 1000 metadata records"]);
+}
+
 #[test]
 fn chunks_that_expand_are_given_no_memory() {
     let (folder, parts) = base();

@@ -70,8 +70,9 @@ impl<R: Read + Seek> Judged<'_, R> {
             Ok(None) => return Some((message, None)),
             Ok(Some(entry)) => entry,
             Err(malformed) => {
+                let Damage { offset, what } = senseless(offset, &malformed.to_string());
                 judge.lose();
-                self.waiting.push_back(senseless(offset, &malformed.to_string()));
+                judge.fault(offset, what);
                 return None;
             }
         };
