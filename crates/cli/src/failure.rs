@@ -6,6 +6,8 @@ use std::path::Path;
 
 use agglo_core::scene::Problem;
 
+use crate::interrupt::Stopped;
+
 /// A command that did what it was asked to.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Success {
@@ -30,6 +32,8 @@ pub enum Failure {
     Failed(Message),
     /// The reader of standard output went away; nobody is left to tell.
     ClosedPipe,
+    /// The user asked to stop, and what was begun is taken away.
+    Interrupted,
 }
 
 /// What every command returns.
@@ -86,6 +90,9 @@ impl Failure {
     pub fn write(name: impl Display, error: &io::Error) -> Self {
         if error.kind() == io::ErrorKind::BrokenPipe {
             return Self::ClosedPipe;
+        }
+        if error.get_ref().is_some_and(|source| source.is::<Stopped>()) {
+            return Self::Interrupted;
         }
         let message = Message::new(format!("cannot write {name}: {error}")).file(name);
         Self::Failed(match error.kind() {

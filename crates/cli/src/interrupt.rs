@@ -1,5 +1,6 @@
 //! Ctrl-C and SIGTERM: the first asks the run to stop after its step, the second ends the program at once.
 
+use std::io::{self, Write};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -35,9 +36,46 @@ impl Interrupt {
         Ok(Self(asked))
     }
 
+    /// A writer that refuses from the first signal on, so that what is half written is taken away as after any failure.
+    pub fn guard<W: Write>(&self, inner: W) -> Guarded<W> {
+        Guarded { inner, interrupt: self.clone() }
+    }
+
     /// Whether a signal came.
     #[must_use]
     pub fn asked(&self) -> bool {
         self.0.load(Ordering::Relaxed)
+    }
+}
+
+/// Refuses to write: the user asked to stop.
+#[derive(Debug)]
+pub struct Stopped;
+
+impl std::fmt::Display for Stopped {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str("interrupted")
+    }
+}
+
+impl std::error::Error for Stopped {}
+
+/// See [`Interrupt::guard`].
+#[derive(Debug)]
+pub struct Guarded<W> {
+    inner: W,
+    interrupt: Interrupt,
+}
+
+impl<W: Write> Write for Guarded<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.interrupt.asked() {
+            return Err(io::Error::other(Stopped));
+        }
+        self.inner.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.inner.flush()
     }
 }

@@ -74,7 +74,7 @@ fn exit_code(result: &CommandResult) -> ExitCode {
     ExitCode::from(match result {
         Ok(Success::Done) | Err(Failure::ClosedPipe) => 0,
         Ok(Success::Damaged) => 3,
-        Ok(Success::Interrupted) => interrupt::EXIT_CODE,
+        Ok(Success::Interrupted) | Err(Failure::Interrupted) => interrupt::EXIT_CODE,
         Ok(Success::Differs) | Err(Failure::Failed(_)) => 1,
         Err(Failure::Input(_) | Failure::Scene(_)) => 2,
     })

@@ -232,6 +232,27 @@ pub fn differs(target: &Target, input: Option<&Path>) -> Result<(), Failure> {
     }
 }
 
+/// Refuses to write two results to the same place.
+///
+/// # Errors
+/// Two of them are the same file, by whatever path, or both standard output.
+pub fn distinct<'a>(targets: impl IntoIterator<Item = &'a Target>) -> Result<(), Failure> {
+    let mut seen = Vec::new();
+    for target in targets {
+        let place = target.path().map(|path| {
+            let folder = std::fs::canonicalize(folder_of(path)).unwrap_or_else(|_| folder_of(path).to_owned());
+            std::fs::canonicalize(path).unwrap_or_else(|_| folder.join(path.file_name().unwrap_or_default()))
+        });
+        if seen.contains(&place) {
+            let name = target.path().map_or("standard output".to_owned(), |path| path.display().to_string());
+            let text = format!("two results would be written to {name}");
+            return Err(Failure::Input(Message::new(text).hint("give each a name of its own")));
+        }
+        seen.push(place);
+    }
+    Ok(())
+}
+
 /// The folder that a file is in.
 pub fn folder_of(path: &Path) -> &Path {
     match path.parent() {

@@ -5,6 +5,7 @@
 use std::io::{IsTerminal, Write};
 
 use agglo_core::scene::{Problem, line_column};
+use agglo_replay::text::printable;
 use annotate_snippets::{AnnotationKind, Group, Level, Renderer, Snippet};
 
 use crate::args::{Color, ErrorFormat, Global, ProgressKind};
@@ -85,6 +86,7 @@ impl Terminal {
             Failure::Input(message) | Failure::Failed(message) => self.message(Kind::Error, message),
             Failure::Scene(scene) => self.scene(scene),
             Failure::ClosedPipe => {}
+            Failure::Interrupted => self.note("interrupted; nothing was written"),
         }
     }
 
@@ -197,17 +199,6 @@ fn window(text: &str, span: &std::ops::Range<usize>) -> std::ops::Range<usize> {
     start..end
 }
 
-/// The text without control characters, which could make a terminal do things.
-fn printable(text: &str) -> String {
-    text.chars()
-        .flat_map(|c| {
-            let harmless = c == '\n' || !c.is_control();
-            let escaped = (!harmless).then(|| c.escape_default());
-            escaped.into_iter().flatten().chain(harmless.then_some(c))
-        })
-        .collect()
-}
-
 /// Writes an error when nothing else can be relied on.
 pub fn last_words(text: &str) {
     write_line(&format!("error: {text}"));
@@ -221,11 +212,6 @@ fn write_line(text: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn control_characters_are_shown_not_sent() {
-        assert_eq!(printable("a\u{1b}[2Jb\nc\u{9b}"), "a\\u{1b}[2Jb\nc\\u{9b}");
-    }
 
     #[test]
     fn a_problem_shows_its_line() {

@@ -138,12 +138,13 @@ impl RunInfo {
         let (major, minor) = format.split_once('.').unwrap_or((format, "0"));
         let log_format: (u32, u32) = (number("log_format", major)?, number("log_format", minor)?);
         if log_format.0 != LOG_FORMAT.0 {
+            let written_by = text("agglo_version").ok().filter(|version| *version != env!("CARGO_PKG_VERSION"));
+            let named = written_by.map(|version| format!("agglo {version} or another ")).unwrap_or_default();
+            let article = if named.is_empty() { "a " } else { "" };
             return Err(Unreadable::Version(format!(
-                "the log has format {format}, and this version reads {}.x; read it with agglo {} or another version \
-                 that reads {}.x",
-                LOG_FORMAT.0,
-                text("agglo_version").unwrap_or("of its time"),
-                log_format.0
+                "the log has format {format}, and this version reads {}.x; read it with {named}{article}version that \
+                 reads {}.x",
+                LOG_FORMAT.0, log_format.0
             )));
         }
         let hash = text("scene_hash")?;

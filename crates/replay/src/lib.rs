@@ -35,6 +35,7 @@ pub mod resume;
 mod source;
 pub mod steps;
 mod summary;
+pub mod text;
 pub mod verify;
 mod wire;
 

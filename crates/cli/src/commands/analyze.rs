@@ -28,8 +28,8 @@ use tables::Tables;
 pub fn analyze(args: &AnalyzeArgs, terminal: &Terminal) -> CommandResult {
     let mut log = logs::open(&args.log).map_err(|error| logs::failure(&args.log, &error))?;
     // Whatever cannot be written is noticed before the log is read.
-    let outputs = Outputs::open(args)?;
     let interrupt = Interrupt::install()?;
+    let outputs = Outputs::open(args)?;
     let shows_progress = terminal.draws_bar() || terminal.progress == crate::args::ProgressKind::Json;
     // Parsing a long scene once more takes a while, and is needed by the bar only.
     let duration = if shows_progress { log.scene().map_or(f64::INFINITY, |scene| scene.duration) } else { 1.0 };
@@ -142,13 +142,9 @@ struct Outputs {
 impl Outputs {
     fn open(args: &AnalyzeArgs) -> Result<Self, Failure> {
         let targets: Vec<&Target> = [&args.json, &args.plot, &args.report].into_iter().flatten().collect();
-        for (k, target) in targets.iter().enumerate() {
+        output::distinct(targets.iter().copied())?;
+        for target in targets {
             output::differs(target, Some(&args.log))?;
-            if targets[..k].contains(target) {
-                let name = target.path().map_or("standard output".to_owned(), |path| path.display().to_string());
-                let text = format!("two results would be written to {name}");
-                return Err(Failure::Input(Message::new(text).hint("give each a name of its own")));
-            }
         }
         let open =
             |target: &Option<Target>| target.as_ref().map(|target| Output::open(target, args.overwrite)).transpose();

@@ -9,6 +9,7 @@ use agglo_replay::{Log, csv};
 
 use crate::args::{ExportArgs, ExportFormat};
 use crate::failure::{CommandResult, Failure, Message, Success};
+use crate::interrupt::Interrupt;
 use crate::logs;
 use crate::numbers::counted;
 use crate::output::{self, Output};
@@ -24,9 +25,10 @@ const BUFFER: usize = 1 << 16;
 pub fn export(args: &ExportArgs, terminal: &Terminal) -> CommandResult {
     let mut log = logs::open(&args.log).map_err(|error| logs::failure(&args.log, &error))?;
     output::differs(&args.output, Some(&args.log))?;
+    let interrupt = Interrupt::install()?;
     let exported = match (args.format, args.at) {
-        (ExportFormat::Vtp, At::All) => series(&mut log, args)?,
-        _ => file(&mut log, args)?,
+        (ExportFormat::Vtp, At::All) => series(&mut log, args, &interrupt)?,
+        _ => file(&mut log, args, &interrupt)?,
     };
     let (states, rows) = (counted(exported.frames, "state"), counted(exported.rows, "row"));
     let name = args.output.path().map_or_else(|| "standard output".to_owned(), |path| path.display().to_string());
@@ -49,13 +51,13 @@ fn failure(args: &ExportArgs, name: &str, error: ExportError) -> Failure {
 }
 
 /// Everything in one file.
-fn file(log: &mut Log<BufReader<File>>, args: &ExportArgs) -> Result<Exported, Failure> {
+fn file(log: &mut Log<BufReader<File>>, args: &ExportArgs, interrupt: &Interrupt) -> Result<Exported, Failure> {
     let binary = args.format == ExportFormat::Parquet;
     let open = if binary { Output::open_binary } else { Output::open };
     let output = open(&args.output, args.overwrite)?;
     let name = output.name().to_owned();
     let writer = output.writer().map_err(|error| Failure::write(&name, &error))?;
-    let mut writer = BufWriter::with_capacity(BUFFER, writer);
+    let mut writer = BufWriter::with_capacity(BUFFER, interrupt.guard(writer));
     let exported = match args.format {
         ExportFormat::Csv => csv::export(log, args.at, &mut writer),
         ExportFormat::Extxyz => {
@@ -104,7 +106,7 @@ fn parquet(
 }
 
 /// A file per state in a folder beside the collection that lists them.
-fn series(log: &mut Log<BufReader<File>>, args: &ExportArgs) -> Result<Exported, Failure> {
+fn series(log: &mut Log<BufReader<File>>, args: &ExportArgs, interrupt: &Interrupt) -> Result<Exported, Failure> {
     let Some(path) = args.output.path().filter(|path| path.extension().is_some_and(|ending| ending == "pvd")) else {
         let message = Message::new("all states as VTP are many files: a .pvd and a folder beside it");
         return Err(Failure::Input(message.hint("write `-o NAME.pvd`, or choose one state with --at")));
@@ -125,7 +127,7 @@ fn series(log: &mut Log<BufReader<File>>, args: &ExportArgs) -> Result<Exported,
     let mut files: Vec<(f64, String)> = Vec::new();
     let exported = states(log, At::All, |frame, particles| {
         let name = format!("{stem}_{:08}.vtp", frame.step);
-        let mut file = BufWriter::with_capacity(BUFFER, File::create(beside.path().join(&name))?);
+        let mut file = BufWriter::with_capacity(BUFFER, interrupt.guard(File::create(beside.path().join(&name))?));
         let rows = vtp::write(&mut file, frame, particles)?;
         files.push((frame.t, format!("{stem}/{name}")));
         Ok(rows)

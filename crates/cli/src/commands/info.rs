@@ -2,7 +2,7 @@
 
 use std::fmt::Write;
 
-use agglo_replay::{Damage, Info, LogError};
+use agglo_replay::{Damage, Info, LogError, text};
 use serde_json::{Value, json};
 
 use crate::args::InfoArgs;
@@ -57,8 +57,8 @@ fn unreadable(args: &InfoArgs, damage: &Damage) -> String {
 }
 
 fn as_text(args: &InfoArgs, info: &Info) -> String {
-    let mut text = String::new();
-    let mut row = |name: &str, value: String| _ = writeln!(text, "{name:<11} {value}");
+    let mut page = String::new();
+    let mut row = |name: &str, value: String| _ = writeln!(page, "{name:<11} {}", text::line(&value));
     let run = &info.run;
     let state = match (info.is_whole(), args.check) {
         (false, _) => format!("damaged in {}", counted(info.damage.len() as u64, "place")),
@@ -89,7 +89,7 @@ fn as_text(args: &InfoArgs, info: &Info) -> String {
         let (name, schema) = (&channel.name, &channel.schema);
         row(label, format!("{name:names$}  {schema:schemas$}  {}", counted(channel.messages, "message")));
     }
-    text
+    page
 }
 
 fn as_json(args: &InfoArgs, info: &Info) -> Value {

@@ -5,6 +5,7 @@ use std::io::{self, BufReader, BufWriter, Write};
 
 use agglo_core::ledger::Ledger;
 use agglo_replay::steps::StepRecord;
+use agglo_replay::text::{line, printable};
 use agglo_replay::verify::{Mismatch, Verification, VerifyError, What};
 use agglo_replay::{Damage, Log, LogError};
 use serde_json::{Map, Value, json};
@@ -53,7 +54,7 @@ fn list(mut log: Log<BufReader<File>>, args: &ReplayArgs, terminal: &Terminal) -
                         continue;
                     }
                     lines += 1;
-                    if args.json { writeln!(out, "{}", line(&step))? } else { columns.row(&mut out, &step)? }
+                    if args.json { writeln!(out, "{}", object(&step))? } else { columns.row(&mut out, &step)? }
                 }
                 Err(LogError::Damaged(lost)) => damage.push(lost),
                 Err(error) => return Err(io::Error::other(error.to_string())),
@@ -131,7 +132,9 @@ impl Columns {
             write!(out, " {:>8} {:>7}", or_dash(count), or_dash(largest))?;
         }
         writeln!(out)?;
-        step.notices.iter().try_for_each(|notice| writeln!(out, "{:>8} {:?}: {}", "", notice.level, notice.message))
+        step.notices
+            .iter()
+            .try_for_each(|notice| writeln!(out, "{:>8} {:?}: {}", "", notice.level, line(&notice.message)))
     }
 }
 
@@ -143,7 +146,7 @@ fn temperatures(step: &StepRecord) -> Option<(f64, f64)> {
 }
 
 /// A step as a JSON object; what was not recorded at this step is null, what the scene does not have is absent.
-fn line(step: &StepRecord) -> Value {
+fn object(step: &StepRecord) -> Value {
     let mut object = Map::new();
     let mut put = |key: &str, value: Value| drop(object.insert(key.to_owned(), value));
     put("t", exact(step.t));
@@ -231,7 +234,7 @@ fn verify(mut log: Log<BufReader<File>>, args: &ReplayArgs, terminal: &Terminal)
     let text = if args.json {
         format!("{:#}\n", verification_json(&done, same_build, duration))
     } else {
-        verification_text(&done, &name, duration)
+        printable(&verification_text(&done, &name, duration))
     };
     output::write_all(&Target::Standard, false, text.as_bytes())?;
     logs::warn(&args.log, &done.damage, terminal);

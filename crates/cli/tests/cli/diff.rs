@@ -52,6 +52,9 @@ fn the_report_for_programs() {
     folder.agglo(&arguments).code(2).says(&["exists", "--overwrite"]);
     folder.agglo(&[&arguments[..], &["--overwrite"]].concat()).code(1);
     folder.agglo(&["diff", "seed.mcap", "a.mcap", "--json", "a.mcap", "--overwrite"]).code(2).says(&["its own input"]);
+    // Nor is one written over another, whatever both are called.
+    folder.agglo(&["diff", "a.mcap", "b.mcap", "--json", "x", "--junit", "./x"]).code(2).says(&["two results", "./x"]);
+    folder.agglo(&["diff", "a.mcap", "b.mcap", "--json", "-", "--markdown", "-"]).code(2).says(&["two results"]);
     let xml = String::from_utf8(folder.read("d.xml")).unwrap();
     assert!(xml.contains("<testsuite ") && xml.contains("/particles.x") && xml.contains("<failure "), "{xml}");
     assert!(String::from_utf8(folder.read("d.md")).unwrap().starts_with("### agglo diff: differ"));
@@ -77,6 +80,13 @@ fn tolerances_decide_field_by_field() {
     let ignored = r#"{"format":1,"default":{"abs":1e-3,"rel":1e-2},"fields":{"/particles":{"ignore":true}}}"#;
     assert!(judge(ignored, 0).text().contains("ignored by name: /particles"));
     judge(r#"{"format":1,"fields":{"/particles.tempreture":{"abs":1}}}"#, 2).says(&["matches nothing"]);
+    // What is named more closely goes first: all of a channel but one field, whichever way round.
+    let but_one = r#"{"format":1,"default":{"abs":1e-3,"rel":1e-2},"fields":{"/particles":{"ignore":true},"/particles.x":{"abs":1e-12}}}"#;
+    assert!(judge(but_one, 1).text().contains("/particles.x"));
+    let one = r#"{"format":1,"default":{"abs":1e-3,"rel":1e-2},"fields":{"/particles":{"abs":1e-12},"/particles.x":{"ignore":true}}}"#;
+    assert!(judge(one, 1).text().contains("/particles.vx"));
+    judge(r#"{"format":1,"fields":{"/energy":{"abs":1},"/energy":{"ignore":true}}}"#, 2)
+        .says(&["`/energy` stands there twice"]);
     judge(r#"{"format":2}"#, 2).says(&["format is 2"]);
     judge(r#"{"format":1,"default":{"abs":-1}}"#, 2).says(&["default.abs is -1"]);
     judge(r#"{"format":1,"defualt":{}}"#, 2).says(&["defualt"]);

@@ -321,3 +321,87 @@ fn any_significance_between_0_and_1_is_judged() {
         assert!(matches!(ran.code, Some(0 | 1)), "{significance}: {:?} {}", ran.code, ran.stderr);
     }
 }
+
+#[test]
+fn what_a_log_says_cannot_make_a_terminal_do_things() {
+    let (folder, mut parts) = base();
+    let hostile = "a\u{1b}[31mb\u{202e}c\u{9b}\nd";
+    parts.metadata.insert("scene_name".into(), hostile.into());
+    parts.metadata.insert("agglo_commit".into(), hostile.into());
+    parts.metadata.insert("terms".into(), hostile.into());
+    parts.edit(Topic::Log, 0, |log: &mut foxglove::Log| log.message = hostile.into());
+    folder.write("m.mcap", parts.write());
+    let commands = [
+        &["info", "m.mcap"][..],
+        &["analyze", "m.mcap"],
+        &["replay", "m.mcap"],
+        &["replay", "m.mcap", "--verify"],
+        &["diff", "m.mcap", "whole.mcap", "--annotations"],
+        &["analyze", "m.mcap", "--report", "-"],
+        &["analyze", "m.mcap", "--plot", "-"],
+    ];
+    let raw = |c: char| matches!(c, '\u{1b}' | '\u{202e}' | '\u{9b}');
+    for command in commands {
+        let ran = folder.agglo(command);
+        assert!(!ran.text().contains(raw), "{command:?}: {:?}", ran.text());
+        assert!(!ran.stderr.contains(raw), "{command:?}: {:?}", ran.stderr);
+    }
+    let ran = folder.agglo(&["info", "m.mcap"]);
+    assert!(ran.text().contains("a\\u{1b}[31mb\\u{202e}c\\u{9b}\\u{a}d"), "{}", ran.text());
+}
+
+#[cfg(unix)]
+#[test]
+fn interrupted_commands_leave_nothing_half_written() {
+    let folder = Folder::with(&CLOUD.replace("\"duration\": 0.1", "\"duration\": 1"));
+    folder.agglo(&["run", "scene.json", "-q"]).code(0);
+    let before = folder.files();
+    let commands = [
+        &["export", "scene.mcap", "--format", "csv", "--at", "all", "-o", "out"][..],
+        &["export", "scene.mcap", "--format", "vtp", "--at", "all", "-o", "out.pvd"],
+        &["recover", "scene.mcap", "-o", "out"],
+        &["analyze", "scene.mcap", "--json", "out"],
+    ];
+    let mut interrupted = 0;
+    for (command, delay) in commands.iter().flat_map(|command| [(command, 20), (command, 60)]) {
+        let child =
+            folder.command(command).stderr(std::process::Stdio::null()).stdout(std::process::Stdio::null()).spawn();
+        let mut child = child.unwrap();
+        std::thread::sleep(std::time::Duration::from_millis(delay));
+        _ = std::process::Command::new("kill").args(["-TERM", &child.id().to_string()]).status();
+        match child.wait().unwrap().code() {
+            Some(130) => {
+                interrupted += 1;
+                assert_eq!(folder.files(), before, "{command:?}");
+            }
+            // Done already, or not listening yet.
+            _ => {
+                for name in folder.files().into_iter().filter(|name| !before.contains(name)) {
+                    assert!(!name.ends_with(".part"), "{command:?} leaves {name}");
+                    let path = folder.path(&name);
+                    _ = std::fs::remove_file(&path).or_else(|_| std::fs::remove_dir_all(&path));
+                }
+            }
+        }
+    }
+    assert!(interrupted > 0, "no signal came in between");
+}
+
+#[test]
+fn a_checkpoint_of_another_state_is_not_gone_on_from() {
+    let (folder, mut parts) = base();
+    for step in [10, 20, 30, 40] {
+        parts.edit(Topic::Checkpoint, step, |checkpoint: &mut v1::Checkpoint| {
+            checkpoint.velocity.as_mut().unwrap().x[3] *= 1.0 + 1e-15;
+        });
+    }
+    folder.write("m.mcap", parts.write());
+    let ran = folder.agglo(&["run", "--resume", "m.mcap", "-o", "resumed.mcap"]).code(2);
+    ran.says(&["its checkpoint of step 40", "holds another state than /particles"]);
+    let (_, mut parts) = base();
+    parts.edit(Topic::ParticlesStatic, 0, |fixed: &mut v1::ParticleStatic| fixed.mass[1] *= 2.0);
+    folder.write("m.mcap", parts.write());
+    let ran = folder.agglo(&["run", "--resume", "m.mcap", "-o", "resumed.mcap"]).code(2);
+    ran.says(&["other radii, masses or charges than its scene"]);
+    assert!(!folder.path("resumed.mcap").exists());
+}

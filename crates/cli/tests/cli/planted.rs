@@ -252,8 +252,8 @@ const PLANTED: [(&str, Edit, Expected); 30] = [
         },
         Expected(1, "differ", None),
     ),
-    ("a missing step", |p| p.drop_step(15), at("", 15)),
-    ("missing last steps", |p| (36..=40).for_each(|step| p.drop_step(step)), at("", 36)),
+    ("a missing step", |p| p.drop_step(15), at("/diagnostics", 15)),
+    ("missing last steps", |p| (36..=40).for_each(|step| p.drop_step(step)), at("/diagnostics", 36)),
     (
         "a missing state",
         |p| {
@@ -276,7 +276,7 @@ const PLANTED: [(&str, Edit, Expected); 30] = [
             let (first, second) = (p.place(Topic::Diagnostics, 7), p.place(Topic::Particles, 7));
             p.messages.swap(first, second);
         },
-        at("", 7),
+        at("/diagnostics", 7),
     ),
     (
         "a step behind the next one",
@@ -285,7 +285,7 @@ const PLANTED: [(&str, Edit, Expected); 30] = [
             let end = p.place(Topic::Diagnostics, 22);
             p.messages[from..end].rotate_left(to - from);
         },
-        at("", 20),
+        at("/diagnostics", 20),
     ),
     (
         "a log time",

@@ -7,6 +7,7 @@ use plotters::style::text_anchor::{HPos, Pos, VPos};
 
 use super::series::Series;
 use super::{Analysis, Curves};
+use crate::text::line;
 
 /// Okabe and Ito's blue, orange and green, told apart with any colour vision.
 const COLOURS: [RGBColor; 3] = [RGBColor(0, 114, 178), RGBColor(230, 159, 0), RGBColor(0, 158, 115)];
@@ -51,7 +52,8 @@ struct Panel<'a> {
 /// # Errors
 /// A drawing that fails.
 pub fn overview(analysis: &Analysis) -> Result<String, DrawError> {
-    let name = if analysis.run.scene_name.is_empty() { "a scene without a name" } else { &analysis.run.scene_name };
+    let name =
+        if analysis.run.scene_name.is_empty() { "a scene without a name" } else { &line(&analysis.run.scene_name) };
     // A name may be of any length; the picture is not.
     let name: String = name.chars().filter(|c| !c.is_control()).take(90).collect();
     draw(Some(&name), &panels(&analysis.curves))

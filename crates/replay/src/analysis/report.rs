@@ -8,6 +8,7 @@ use serde::Serialize;
 use super::agreement::{Comparison, Difference, Term};
 use super::iterations::CAUSES;
 use super::{Analysis, StateRow, chart};
+use crate::text::{line, printable};
 
 const TEMPLATE: &str = include_str!("report.html");
 /// Longest scene that is printed [bytes]; particle lists can be long.
@@ -102,8 +103,8 @@ fn page(analysis: &Analysis, file: &str, pictures: Vec<(&'static str, String)>) 
     let agrees = analysis.agreement.agrees();
     let name = if run.scene_name.is_empty() { "a scene without a name" } else { &run.scene_name };
     Page {
-        title: name.to_owned(),
-        description: scene["description"].as_str().unwrap_or_default().to_owned(),
+        title: line(name),
+        description: printable(scene["description"].as_str().unwrap_or_default()),
         facts: facts(analysis, file),
         verdict: if agrees {
             "The log agrees with itself: what was recomputed is what was recorded, within round-off.".to_owned()
@@ -121,7 +122,7 @@ fn page(analysis: &Analysis, file: &str, pictures: Vec<(&'static str, String)>) 
         iterations: iterations(analysis),
         histogram: histogram(analysis),
         clusters: clusters(analysis),
-        scene: text,
+        scene: printable(&text),
         scene_cut,
     }
 }
@@ -130,21 +131,21 @@ fn facts(analysis: &Analysis, file: &str) -> Vec<(&'static str, String)> {
     let run = &analysis.run;
     let (step, t) = analysis.end;
     vec![
-        ("log", file.to_owned()),
-        ("scene", format!("hash {}", run.scene_hash)),
-        ("run", format!("model {}, seed {}, {} particles", run.model, run.seed, run.particles)),
-        ("terms", run.terms.join(", ")),
+        ("log", line(file)),
+        ("scene", line(&format!("hash {}", run.scene_hash))),
+        ("run", line(&format!("model {}, seed {}, {} particles", run.model, run.seed, run.particles))),
+        ("terms", line(&run.terms.join(", "))),
         ("time", format!("0 to {} s of {} s, {step} steps", short(t), short(analysis.duration))),
         ("states", format!("{} recorded, {} analysed", analysis.recorded_states, analysis.states)),
         ("impacts", analysis.impacts.to_string()),
-        ("recorded by", format!("agglo {} (commit {})", run.build.version, run.build.commit)),
+        ("recorded by", line(&format!("agglo {} (commit {})", run.build.version, run.build.commit))),
     ]
 }
 
 fn losses(analysis: &Analysis) -> Vec<String> {
     const SHOWN: usize = 20;
     let lost = &analysis.lost;
-    let all = lost.damage.iter().map(ToString::to_string).chain(lost.gaps.iter().cloned());
+    let all = lost.damage.iter().map(|lost| line(&lost.to_string())).chain(lost.gaps.iter().map(|gap| line(gap)));
     let mut shown: Vec<String> = all.take(SHOWN).collect();
     let total = (lost.damage.len() + lost.gaps.len()) as u64 + lost.more + lost.more_gaps;
     if total > SHOWN as u64 {

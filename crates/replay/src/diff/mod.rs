@@ -336,8 +336,8 @@ impl Pass<'_> {
             by_time.finish(&mut self);
         }
         for (steps, which) in [(&left, "first"), (&right, "second")] {
-            if let Some(at) = steps.unordered {
-                self.report.structure("", &format!("steps of the {which} log are out of order"), at);
+            if let Some((at, channel)) = &steps.unordered {
+                self.report.structure(channel, &format!("steps of the {which} log are out of order"), *at);
             }
         }
         let Self { mut report, comparison, growth, parted, .. } = self;
@@ -399,10 +399,11 @@ impl Pass<'_> {
 
     /// A step that only one log has.
     fn only(&mut self, step: &RawStep, which: Only) {
-        let matters = step.messages.iter().any(|message| !self.comparison.tolerances.ignores(&message.channel.name));
-        if matters {
+        let first = step.messages.iter().find(|message| !self.comparison.tolerances.ignores(&message.channel.name));
+        if let Some(first) = first {
             let other = if which == Only::A { "second" } else { "first" };
-            self.report.structure("", &format!("the {other} log does not have the step"), (step.t, step.step));
+            let what = format!("the {other} log does not have the step");
+            self.report.structure(&first.channel.name, &what, (step.t, step.step));
         }
     }
 
@@ -439,8 +440,10 @@ impl Pass<'_> {
         };
         let count = |step: &RawStep, name: &&str| step.messages.iter().filter(|m| &*m.channel.name == *name).count();
         let complete = names.iter().all(|name| count(a, name) == count(b, name));
-        if self.report.profile == Profile::Exact && complete && order(a) != order(b) {
-            self.report.structure("", "the messages of the step are in another order", (b.t, b.step));
+        let (first, second) = (order(a), order(b));
+        let moved = first.iter().zip(&second).find(|(first, second)| first != second).and_then(|(_, &k)| names.get(k));
+        if let (Profile::Exact, true, Some(name)) = (self.report.profile, complete, moved) {
+            self.report.structure(name, "the messages of the step are in another order", (b.t, b.step));
         }
         self.distance(a, b);
     }

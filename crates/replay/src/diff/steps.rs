@@ -1,6 +1,7 @@
 //! Two logs, step by step.
 
 use std::io::{Read, Seek};
+use std::sync::Arc;
 
 use agglo_record::channels::Topic;
 
@@ -36,8 +37,8 @@ pub struct RawSteps<'a, R> {
     pub gap: bool,
     pending_gap: bool,
     last: Option<u64>,
-    /// Steps that stand behind a later one: their numbers.
-    pub unordered: Option<(f64, u64)>,
+    /// The first step that stands behind a later one: time [s], number, and the channel of its first message.
+    pub unordered: Option<((f64, u64), Arc<str>)>,
 }
 
 impl<'a, R: Read + Seek> RawSteps<'a, R> {
@@ -73,7 +74,7 @@ impl<'a, R: Read + Seek> RawSteps<'a, R> {
         self.gap = std::mem::take(&mut self.pending_gap);
         let (t, step) = first.key().unwrap_or((0.0, self.last.unwrap_or(0)));
         if self.last.is_some_and(|last| step <= last) {
-            self.unordered.get_or_insert((t, step));
+            self.unordered.get_or_insert(((t, step), Arc::clone(&first.channel.name)));
         }
         self.last = Some(step);
         let mut found = RawStep { t, step, messages: vec![first] };

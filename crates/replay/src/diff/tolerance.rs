@@ -2,7 +2,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use serde::Deserialize;
+use serde::de::{Error, MapAccess, Visitor};
+use serde::{Deserialize, Deserializer};
 
 /// How far a field may differ: |a - b| <= abs + rel · scale.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Deserialize)]
@@ -40,8 +41,32 @@ struct File {
     format: u32,
     #[serde(default)]
     default: Tolerance,
-    #[serde(default)]
+    #[serde(default, deserialize_with = "unique")]
     fields: BTreeMap<String, Tolerance>,
+}
+
+/// Reads a map in which no key may stand twice: the one that is passed over could be the one that was meant.
+fn unique<'de, D: Deserializer<'de>>(from: D) -> Result<BTreeMap<String, Tolerance>, D::Error> {
+    struct Unique;
+    impl<'de> Visitor<'de> for Unique {
+        type Value = BTreeMap<String, Tolerance>;
+
+        fn expecting(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+            f.write_str("an object of tolerances by field")
+        }
+
+        fn visit_map<A: MapAccess<'de>>(self, mut entries: A) -> Result<Self::Value, A::Error> {
+            let mut map = BTreeMap::new();
+            while let Some((name, tolerance)) = entries.next_entry::<String, Tolerance>()? {
+                if map.contains_key(&name) {
+                    return Err(A::Error::custom(format!("`{name}` stands there twice")));
+                }
+                map.insert(name, tolerance);
+            }
+            Ok(map)
+        }
+    }
+    from.deserialize_map(Unique)
 }
 
 /// Tolerances of a comparison.
@@ -102,9 +127,11 @@ impl Tolerances {
         self.default
     }
 
-    /// Whether a whole channel is ignored.
+    /// Whether a whole channel is ignored: it is by name, and none of its fields is named to be compared.
     pub fn ignores(&mut self, channel: &str) -> bool {
-        self.of(channel, "").ignore
+        let field = |name: &str| name.strip_prefix(channel).is_some_and(|rest| rest.starts_with('.'));
+        let compared = self.fields.iter().any(|(name, tolerance)| field(name) && !tolerance.ignore);
+        self.of(channel, "").ignore && !compared
     }
 
     /// The default.

@@ -4,6 +4,8 @@ use std::fmt::Write;
 
 use agglo_replay::analysis::{Analysis, CAUSES, Label, Spread, StateRow, Term};
 
+use agglo_replay::text::line;
+
 use crate::args::AnalyzeArgs;
 use crate::numbers::{counted, short};
 
@@ -17,7 +19,7 @@ pub fn text(args: &AnalyzeArgs, analysis: &Analysis) -> String {
 }
 
 fn facts(args: &AnalyzeArgs, analysis: &Analysis, text: &mut String) {
-    let mut row = |name: &str, value: String| _ = writeln!(text, "{name:<12} {value}");
+    let mut row = |name: &str, value: String| _ = writeln!(text, "{name:<12} {}", line(&value));
     let run = &analysis.run;
     let lost = analysis.lost.damage.len() + analysis.lost.gaps.len();
     let state = if lost > 0 { format!(", damaged in {}", counted(lost as u64, "place")) } else { String::new() };

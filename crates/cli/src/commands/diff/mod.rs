@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 
 use agglo_replay::Log;
 use agglo_replay::diff::{self, LEAST_REFERENCES, Profile, Report, Tolerances, Verdict};
+use agglo_replay::text::printable;
 
 use crate::args::DiffArgs;
 use crate::failure::{CommandResult, Failure, Message, Success};
@@ -33,8 +34,9 @@ pub struct Names<'a> {
 /// # Errors
 /// Logs that cannot be compared, a bad tolerance file, an output that cannot be written.
 pub fn diff(args: &DiffArgs, terminal: &Terminal) -> CommandResult {
-    let targets = [&args.json, &args.junit, &args.markdown];
-    for target in targets.into_iter().flatten() {
+    let targets = [&args.json, &args.junit, &args.markdown].into_iter().flatten();
+    output::distinct(targets.clone())?;
+    for target in targets {
         for input in [&args.a, &args.b].into_iter().chain(&args.ensemble).chain(&args.tolerance) {
             output::differs(target, Some(input))?;
         }
@@ -152,11 +154,11 @@ fn write(args: &DiffArgs, names: Names<'_>, report: &Report, terminal: &Terminal
     }
     let mut text = String::new();
     if !streamed && !terminal.quiet {
-        text += &text::report(names, report);
+        text += &printable(&text::report(names, report));
     }
     let github = std::env::var_os("GITHUB_ACTIONS").is_some_and(|value| value == "true");
     if (args.annotations || github) && !streamed {
-        text += &annotations::report(names, report);
+        text += &printable(&annotations::report(names, report));
     }
     output::write_all(&Target::Standard, false, text.as_bytes())
 }
