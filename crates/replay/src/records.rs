@@ -96,10 +96,34 @@ pub fn channel(body: &[u8]) -> Option<(u16, u16, &str)> {
     Some((id, schema, fields.text()?))
 }
 
-/// Number and name of a schema record.
-pub fn schema(body: &[u8]) -> Option<(u16, &str)> {
+/// How a channel's messages are to be read.
+#[derive(Clone, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Description {
+    /// Name of the schema; empty where there is none.
+    pub schema: String,
+    /// Encoding of the schema, its length and checksum.
+    pub text: (String, usize, u32),
+    /// Encoding of the messages.
+    pub encoding: String,
+    /// What else is said of the channel.
+    pub metadata: BTreeMap<String, String>,
+}
+
+/// Number of a schema record, and of a description what it says.
+pub fn schema(body: &[u8]) -> Option<(u16, Description)> {
     let mut fields = Fields(body);
-    Some((fields.u16()?, fields.text()?))
+    let (id, schema, encoding) = (fields.u16()?, fields.text()?.to_owned(), fields.text()?.to_owned());
+    let length = fields.u32()?;
+    let data = fields.bytes(length.into())?;
+    let text = (encoding, data.len(), crc32fast::hash(data));
+    Some((id, Description { schema, text, ..Description::default() }))
+}
+
+/// Encoding of messages and what else a channel record says.
+pub fn encoding(body: &[u8]) -> Option<(String, BTreeMap<String, String>)> {
+    let mut fields = Fields(body);
+    let (_id, _schema, _topic) = (fields.u16()?, fields.u16()?, fields.text()?);
+    Some((fields.text()?.to_owned(), fields.map()?))
 }
 
 /// What stands before the records of a chunk.

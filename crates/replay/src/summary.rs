@@ -2,12 +2,12 @@
 
 use std::io::{Read, Seek, SeekFrom};
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use mcap::records::op;
 
 use crate::container::{ChunkRef, Fault};
-use crate::records::{self, Fields};
+use crate::records::{self, Description, Fields};
 
 /// Footer record and end mark: opcode, length, start of the summary, start of its offsets, checksum, magic.
 const TAIL: u64 = 1 + 8 + 8 + 8 + 4 + 8;
@@ -23,6 +23,8 @@ pub struct Index {
     pub chunks: Vec<ChunkRef>,
     /// Topic and name of the schema of every channel, by its number.
     pub channels: BTreeMap<u16, (String, String)>,
+    /// How the messages of every topic are to be read: one way each, but for logs that other programs put together.
+    pub descriptions: BTreeMap<String, BTreeSet<Description>>,
     /// Messages of every channel.
     pub counts: BTreeMap<u16, u64>,
     /// Where metadata records and attachments begin.
@@ -81,12 +83,12 @@ fn parse(start: u64, bytes: &[u8]) -> Option<Index> {
         let mut record = Fields(body);
         match opcode {
             op::SCHEMA => {
-                let (id, name) = records::schema(body)?;
-                schemas.insert(id, name.to_owned());
+                let (id, schema) = records::schema(body)?;
+                schemas.insert(id, schema);
             }
             op::CHANNEL => {
                 let (id, schema, topic) = records::channel(body)?;
-                channels.insert(id, (topic.to_owned(), schema));
+                channels.insert(id, (topic.to_owned(), schema, records::encoding(body)?));
             }
             op::CHUNK_INDEX => {
                 let (start, _end) = (record.u64()?, record.u64()?);
@@ -110,9 +112,13 @@ fn parse(start: u64, bytes: &[u8]) -> Option<Index> {
     if chunks.windows(2).any(|pair| pair[0].offset.saturating_add(pair[0].length) > pair[1].offset) {
         return None;
     }
-    let named =
-        |(id, (topic, schema)): (u16, (String, u16))| (id, (topic, schemas.get(&schema).cloned().unwrap_or_default()));
-    Some(Index { start, chunks, channels: channels.into_iter().map(named).collect(), counts, others })
+    let mut index = Index { start, chunks, channels: BTreeMap::new(), descriptions: BTreeMap::new(), counts, others };
+    for (id, (topic, schema, (encoding, metadata))) in channels {
+        let schema = schemas.get(&schema).cloned().unwrap_or_default();
+        index.channels.insert(id, (topic.clone(), schema.schema.clone()));
+        index.descriptions.entry(topic).or_default().insert(Description { encoding, metadata, ..schema });
+    }
+    Some(index)
 }
 
 /// CRC-32 of the bytes from `start` to `end`.

@@ -14,6 +14,8 @@ use super::{CLOUD, Folder};
 pub struct Parts {
     pub metadata: std::collections::BTreeMap<String, String>,
     pub scene: Vec<u8>,
+    /// Attachments beside the scene, by name.
+    pub attachments: Vec<(String, Vec<u8>)>,
     pub messages: Vec<RawMessage>,
 }
 
@@ -25,15 +27,30 @@ impl Parts {
         Self {
             metadata: log.run().to_map(),
             scene: log.attachment("scene.json").unwrap().unwrap(),
+            attachments: log
+                .attachment("layout.json")
+                .unwrap()
+                .into_iter()
+                .map(|data| ("layout.json".into(), data))
+                .collect(),
             messages: log.raw_messages().map(Result::unwrap).collect(),
         }
     }
 
     /// The log made of them; chunks are closed by size alone.
     pub fn write(&self) -> Vec<u8> {
+        self.write_with(None)
+    }
+
+    /// The same, one schema described otherwise.
+    fn write_with(&self, other: Option<&str>) -> Vec<u8> {
         let mut new = Cursor::new(Vec::new());
         let mut writer = mcap::WriteOptions::new().create(&mut new).unwrap();
         self.begin(&mut writer);
+        if let Some(channel) = CHANNELS.iter().find(|channel| Some(channel.schema) == other) {
+            let schema = writer.add_schema(channel.schema, "protobuf", &channel.descriptor[1..]).unwrap();
+            writer.add_channel(schema, channel.name, "protobuf", &Default::default()).unwrap();
+        }
         self.messages.iter().for_each(|message| Self::add(&mut writer, message));
         writer.finish().unwrap();
         drop(writer);
@@ -44,9 +61,11 @@ impl Parts {
     pub fn begin(&self, writer: &mut Writer<'_>) {
         let record = mcap::records::Metadata { name: "run".to_owned(), metadata: self.metadata.clone() };
         writer.write_metadata(&record).unwrap();
-        let (name, media_type) = ("scene.json".to_owned(), "application/json".to_owned());
-        let data = self.scene.clone().into();
-        writer.attach(&mcap::Attachment { log_time: 0, create_time: 0, name, media_type, data }).unwrap();
+        let scene = ("scene.json".to_owned(), self.scene.clone());
+        for (name, data) in std::iter::once(&scene).chain(&self.attachments) {
+            let (name, media_type, data) = (name.clone(), "application/json".to_owned(), data.into());
+            writer.attach(&mcap::Attachment { log_time: 0, create_time: 0, name, media_type, data }).unwrap();
+        }
     }
 
     /// Writes a message.
@@ -126,7 +145,7 @@ const fn of(channel: &'static str, step: u64, particle: u64) -> Expected {
 const SAME: Expected = Expected(0, "same", None);
 
 /// Name, edit, and what the profile `exact` says.
-const PLANTED: [(&str, Edit, Expected); 30] = [
+const PLANTED: [(&str, Edit, Expected); 36] = [
     ("nothing", |_| {}, SAME),
     ("one ulp in x of particle 7", |p| p.number(9, 7, 0, up), of("/particles", 9, 7)),
     ("one ulp in vz of the last particle", |p| p.number(20, 29, 5, up), of("/particles", 20, 29)),
@@ -296,6 +315,33 @@ const PLANTED: [(&str, Edit, Expected); 30] = [
         at("/energy", 30),
     ),
     (
+        "a publish time",
+        |p| {
+            let place = p.place(Topic::Energy, 30);
+            p.messages[place].publish_time += 1;
+        },
+        at("/energy", 30),
+    ),
+    (
+        "a sphere drawn elsewhere",
+        |p| {
+            p.edit(Topic::Scene, 0, |scene: &mut foxglove::SceneUpdate| {
+                scene.entities[0].spheres[3].color.as_mut().unwrap().r += 0.25;
+            });
+        },
+        at("/scene", 0),
+    ),
+    ("another layout", |p| p.attachments[0].1.push(b' '), at("layout.json", 0)),
+    ("no layout", |p| p.attachments.clear(), at("layout.json", 0)),
+    ("an attachment more", |p| p.attachments.push(("notes.txt".into(), b"mine".to_vec())), at("notes.txt", 0)),
+    (
+        "terms in the metadata",
+        |p| {
+            p.metadata.insert("terms".into(), "contact".into());
+        },
+        at("run", 0),
+    ),
+    (
         "a value of the scene",
         |p| p.rewrite_scene("\"heat_capacity\": 1000", "\"heat_capacity\": 1001"),
         at("scene.json", 0),
@@ -348,6 +394,11 @@ fn damage_and_unknown_channels_are_no_differences_of_data() {
     let other = parts.write();
     folder.write("both.mcap", &other[..other.len() - 60]);
     folder.agglo(&["diff", "both.mcap", "b.mcap"]).code(1);
+    // Another schema for the same bytes.
+    let other = Parts::of(&bytes).write_with(Some("agglo.v1.Clusters"));
+    folder.write("schema.mcap", other);
+    let ran = folder.agglo(&["diff", "schema.mcap", "b.mcap"]).code(1);
+    assert!(ran.text().contains("/clusters: the channel has another schema or encoding"), "{}", ran.text());
     // Nothing whole to compare.
     folder.write("start.mcap", &bytes[..bytes.len() / 50]);
     folder.agglo(&["diff", "start.mcap", "b.mcap"]).code(2);
@@ -379,6 +430,37 @@ fn what_only_bits_tell_apart_is_the_same_within_tolerances() {
     judge(|p| p.number(9, 7, 0, |_| f64::NAN), 1);
     judge(|p| p.drop_step(15), 1);
     judge(|p| p.edit(Topic::Clusters, 12, |clusters: &mut v1::Clusters| clusters.count += 1), 1);
+    // Order and log time are compared in every profile.
+    judge(
+        |p| {
+            let (first, second) = (p.place(Topic::Diagnostics, 7), p.place(Topic::Particles, 7));
+            p.messages.swap(first, second);
+        },
+        1,
+    );
+    judge(
+        |p| {
+            let place = p.place(Topic::Energy, 30);
+            p.messages[place].log_time += 1;
+        },
+        1,
+    );
+    // What is drawn from the states is not compared, and named.
+    let mut parts = Parts::of(&bytes);
+    parts.edit(Topic::Particles, 5, |cloud: &mut foxglove::PointCloud| cloud.data[60] ^= 0x10);
+    folder.write("a.mcap", parts.write());
+    let arguments = ["diff", "a.mcap", "b.mcap", "--tolerance", "t.json"];
+    let ran = folder.agglo(&arguments).code(0);
+    assert!(
+        ran.text().contains("not compared, for they are drawn from the states: /scene, /particles.red"),
+        "{}",
+        ran.text()
+    );
+    let ran = folder.agglo(&[&arguments[..], &["--json", "-"]].concat()).code(0).json();
+    assert_eq!(
+        (&ran["drawn_not_compared"][0], &ran["drawn_not_compared"][4]),
+        (&"/scene".into(), &"/particles.alpha".into())
+    );
     // A setting that changes nothing in the data is listed, and is no difference.
     judge(|p| p.rewrite_scene("\"name\": \"cloud\"", "\"name\": \"fog\""), 0);
 }

@@ -3,6 +3,7 @@
 //! What was not compared is never taken for the same: it is named, and the verdict is not [`Verdict::Same`] unless it is
 //! ignored by name.
 
+mod around;
 mod by_time;
 mod cause;
 mod compare;
@@ -140,6 +141,8 @@ pub struct Report {
     pub not_compared: Vec<String>,
     /// What is ignored by name.
     pub ignored: Vec<String>,
+    /// What the profile does not compare because it is drawn from what is compared, by name.
+    pub drawn: Vec<String>,
     /// How fast the two part.
     pub growth: Option<Rate>,
     /// Curves against a band.
@@ -162,6 +165,7 @@ impl Report {
             structure: Vec::new(),
             not_compared: Vec::new(),
             ignored: Vec::new(),
+            drawn: Vec::new(),
             growth: None,
             statistics: None,
         }
@@ -237,15 +241,31 @@ pub fn diff<R: Read + Seek>(
         let (left, right) = (a.run().particles, b.run().particles);
         return Ok(report.incomparable(format!("the first log has {left} particles and the second {right}")));
     }
+    let scenes_agree = !report.settings.iter().any(|setting| !matches!(setting.kind, Kind::Packing | Kind::Build));
+    let around = if profile == Profile::Exact { around::differences(a, b, scenes_agree)? } else { Vec::new() };
     let exactness = if profile == Profile::Exact { Exactness::Bits } else { Exactness::Tolerances };
     let comparison = Comparison::new(exactness, tolerances);
-    let pass =
-        Pass { report, comparison, growth: Growth::default(), parted: None, particles: None, scene: scene_b.as_ref() };
+    let pass = Pass {
+        report,
+        comparison,
+        around,
+        growth: Growth::default(),
+        parted: None,
+        particles: None,
+        scene: scene_b.as_ref(),
+    };
     let (mut report, parted) = pass.run(a, b, &mut watch)?;
     if let (Some((t, step, particle)), Some(scene)) = (parted, scene_a.as_ref()) {
         report.cause = cause::find(a, scene, t, step, particle)?;
     }
     Ok(report)
+}
+
+/// What of some channels is drawn from states: a state that is the same within tolerances may be drawn in another colour.
+fn drawings(topics: &[Topic]) -> Vec<String> {
+    let colours = ["red", "green", "blue", "alpha"].map(|colour| format!("/particles.{colour}"));
+    let scene = topics.contains(&Topic::Scene).then(|| CHANNELS[Topic::Scene as usize].name.to_owned());
+    scene.into_iter().flat_map(|scene| std::iter::once(scene).chain(colours.clone())).collect()
 }
 
 /// Time [s], step and, where it is known, particle.
@@ -255,6 +275,8 @@ type Parting = (f64, u64, Option<usize>);
 struct Pass<'a> {
     report: Report,
     comparison: Comparison,
+    /// What differs around the messages: its name, and how.
+    around: Vec<(String, String)>,
     growth: Growth,
     /// Where states first differ.
     parted: Option<Parting>,
@@ -279,7 +301,7 @@ impl Pass<'_> {
         let (damage_a, damage_b) = (a.file_damage()?, b.file_damage()?);
         let topics = |log: &Log<R>| log.channels.values().filter_map(|channel| channel.topic).collect::<Vec<_>>();
         let known: Vec<Topic> = topics(a).into_iter().chain(topics(b)).collect();
-        for topic in known {
+        for &topic in &known {
             // An entry for a whole channel refers to what either log describes, messages or not.
             self.comparison.tolerances.ignores(CHANNELS[topic as usize].name);
         }
@@ -340,7 +362,7 @@ impl Pass<'_> {
                 self.report.structure(channel, &format!("steps of the {which} log are out of order"), *at);
             }
         }
-        let Self { mut report, comparison, growth, parted, .. } = self;
+        let Self { mut report, mut comparison, around, growth, parted, .. } = self;
         report.damage_a.extend(left.damage.into_iter().chain(damage_a));
         report.damage_b.extend(right.damage.into_iter().chain(damage_b));
         for damage in [&mut report.damage_a, &mut report.damage_b] {
@@ -348,7 +370,11 @@ impl Pass<'_> {
             damage.dedup();
         }
         report.growth = growth.rate();
-        Self::conclude(&mut report, comparison);
+        if report.profile == Profile::State {
+            report.drawn = drawings(&known);
+        }
+        let around = around.into_iter().filter(|(name, _)| !comparison.tolerances.ignores(name)).collect();
+        Self::conclude(&mut report, comparison, around);
         Ok((report, parted))
     }
 
@@ -367,7 +393,7 @@ impl Pass<'_> {
         self.report.profile == Profile::State && (a.t - b.t).abs() > SAME_TIME * a.t.abs().max(b.t.abs())
     }
 
-    fn conclude(report: &mut Report, comparison: Comparison) {
+    fn conclude(report: &mut Report, comparison: Comparison, around: Vec<(String, String)>) {
         let unmatched = comparison.tolerances.unmatched();
         report.ignored = comparison.tolerances.ignored();
         report.fields = comparison.finish();
@@ -391,6 +417,9 @@ impl Pass<'_> {
                 report.verdict = Verdict::Differ;
             }
         }
+        for (name, what) in around {
+            report.structure(&name, &what, (0.0, 0));
+        }
         let failed = report.fields.iter().any(|field| !field.passed) || !report.structure.is_empty();
         if report.verdict == Verdict::Same && (failed || !report.not_compared.is_empty()) {
             report.verdict = Verdict::Differ;
@@ -411,7 +440,7 @@ impl Pass<'_> {
     fn step(&mut self, a: &RawStep, b: &RawStep) {
         self.report.compared_steps += 1;
         let same = |(a, b): (&RawMessage, &RawMessage)| {
-            a.channel.name == b.channel.name && a.data == b.data && a.log_time == b.log_time
+            a.channel.name == b.channel.name && a.data == b.data && stamps(a) == stamps(b)
         };
         // Fields are listed once for every channel, though all messages may be the same.
         let listed = b.messages.iter().filter_map(|m| m.channel.topic).all(|topic| self.comparison.knows(topic));
@@ -442,7 +471,7 @@ impl Pass<'_> {
         let complete = names.iter().all(|name| count(a, name) == count(b, name));
         let (first, second) = (order(a), order(b));
         let moved = first.iter().zip(&second).find(|(first, second)| first != second).and_then(|(_, &k)| names.get(k));
-        if let (Profile::Exact, true, Some(name)) = (self.report.profile, complete, moved) {
+        if let (true, Some(name)) = (complete, moved) {
             self.report.structure(name, "the messages of the step are in another order", (b.t, b.step));
         }
         self.distance(a, b);
@@ -462,17 +491,20 @@ impl Pass<'_> {
     fn message(&mut self, name: &str, a: &RawMessage, b: &RawMessage, (t, step): (f64, u64)) {
         let exact = self.report.profile == Profile::Exact;
         let bytes = a.data == b.data;
-        if exact && bytes && a.log_time != b.log_time {
-            self.report.structure(name, "the message has another log time", (t, step));
-        }
+        // Log times follow from times: where these differ, they do as well.
+        let at_once = a.key().map(|(t, _)| t.to_bits()) == b.key().map(|(t, _)| t.to_bits());
+        let scaled = self.report.settings.iter().any(|setting| setting.name == "/record/time_scale");
+        let stamped = stamps(a) == stamps(b) || !exact && (scaled || !at_once);
         let Some(topic) = b.channel.topic else {
             if !bytes {
                 self.report.structure(name, "a message that this version does not know differs", (t, step));
             }
+            self.stamp(name, stamped, (t, step));
             return;
         };
         if bytes && self.comparison.knows(topic) {
             self.comparison.same(topic);
+            self.stamp(name, stamped, (t, step));
             return;
         }
         let (first, second) = match (a.decode(), b.decode()) {
@@ -490,8 +522,15 @@ impl Pass<'_> {
             let what = value.to_string();
             self.report.first(First { t, step: Some(step), channel: name.to_owned(), value: Some(value), what });
         } else if exact && !bytes && fields::first_difference(&first, &second).is_none() {
-            // The values are the same: what is drawn of them, or what a later version added, is not.
-            self.report.structure(name, "the message has other bytes, though its values are the same", (t, step));
+            // What is drawn, or what a later version added, has no values here.
+            self.report.structure(name, "what of the message is compared by its bytes differs", (t, step));
+        }
+        self.stamp(name, stamped, (t, step));
+    }
+
+    fn stamp(&mut self, name: &str, right: bool, at: (f64, u64)) {
+        if !right {
+            self.report.structure(name, "the message has another log or publish time", at);
         }
     }
 
@@ -521,4 +560,9 @@ impl Pass<'_> {
         let mean = (0..n).map(square).sum::<f64>() / n as f64;
         self.growth.add(b.t, mean.sqrt() / particles.mean_diameter());
     }
+}
+
+/// When a message is said to have been logged and published [ns].
+fn stamps(message: &RawMessage) -> (u64, u64) {
+    (message.log_time, message.publish_time)
 }

@@ -39,7 +39,7 @@ fn object(names: Names<'_>, report: &Report) -> Value {
         "just_before": report.cause.as_ref().map(ToString::to_string),
         "fields": report.fields.iter().map(field).collect::<Vec<_>>(),
         "structure": structure.collect::<Vec<_>>(),
-        "not_compared": report.not_compared, "ignored": report.ignored,
+        "not_compared": report.not_compared, "drawn_not_compared": report.drawn, "ignored": report.ignored,
         "growth_rate": report.growth.map(|growth| exact(growth.rate)),
         "growth": report.growth.map(|growth| json!({
             "rate": exact(growth.rate), "error": exact(growth.error), "from": exact(growth.span.0), "to": exact(growth.span.1)

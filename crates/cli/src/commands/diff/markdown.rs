@@ -72,6 +72,9 @@ pub fn report(names: Names<'_>, report: &Report) -> String {
     for what in &report.not_compared {
         _ = writeln!(text, "\nNot compared: {}", escape(what));
     }
+    if !report.drawn.is_empty() {
+        _ = writeln!(text, "\nNot compared, for they are drawn from the states: {}", code(&report.drawn.join(", ")));
+    }
     if !report.ignored.is_empty() {
         _ = writeln!(text, "\nIgnored by name: {}", code(&report.ignored.join(", ")));
     }

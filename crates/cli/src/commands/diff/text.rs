@@ -56,6 +56,9 @@ pub fn report(names: Names<'_>, report: &Report) -> String {
     for what in &report.not_compared {
         _ = writeln!(text, "not compared: {what}");
     }
+    if !report.drawn.is_empty() {
+        _ = writeln!(text, "not compared, for they are drawn from the states: {}", report.drawn.join(", "));
+    }
     if !report.ignored.is_empty() {
         _ = writeln!(text, "ignored by name: {}", report.ignored.join(", "));
     }
