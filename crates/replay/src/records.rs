@@ -101,8 +101,8 @@ pub fn channel(body: &[u8]) -> Option<(u16, u16, &str)> {
 pub struct Description {
     /// Name of the schema; empty where there is none.
     pub schema: String,
-    /// Encoding of the schema, its length and checksum.
-    pub text: (String, usize, u32),
+    /// Encoding and text of the schema.
+    pub text: (String, Vec<u8>),
     /// Encoding of the messages.
     pub encoding: String,
     /// What else is said of the channel.
@@ -115,7 +115,7 @@ pub fn schema(body: &[u8]) -> Option<(u16, Description)> {
     let (id, schema, encoding) = (fields.u16()?, fields.text()?.to_owned(), fields.text()?.to_owned());
     let length = fields.u32()?;
     let data = fields.bytes(length.into())?;
-    let text = (encoding, data.len(), crc32fast::hash(data));
+    let text = (encoding, data.to_vec());
     Some((id, Description { schema, text, ..Description::default() }))
 }
 

@@ -1,6 +1,6 @@
 //! A valid log of all that is whole in a damaged one.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::io::{Read, Seek, Write};
 
 use agglo_core::scene::Compression;
@@ -11,6 +11,7 @@ use mcap::records::{MessageHeader, Metadata};
 use crate::error::{Damage, LogError};
 use crate::log::Log;
 use crate::messages::RawMessage;
+use crate::records::Description;
 
 /// Name of the metadata record that a recovered log has beside `run`.
 pub const RECORD: &str = "recovered";
@@ -99,6 +100,8 @@ pub fn recover<R: Read + Seek, W: Write>(log: &mut Log<R>, out: W) -> Result<Rec
             data: data.into(),
         })?;
     }
+    let descriptions = log.container.index.as_ref().map(|index| index.descriptions.clone()).unwrap_or_default();
+    let add = |writer: &mut _, channel: &Known| add(writer, channel, descriptions.get(channel.name));
     let described: Vec<Topic> = log.channels.values().filter_map(|channel| channel.topic).collect();
     let mut ids = [None; CHANNELS.len()];
     for channel in CHANNELS.iter().filter(|channel| described.contains(&channel.topic)) {
@@ -155,7 +158,17 @@ pub fn recover<R: Read + Seek, W: Write>(log: &mut Log<R>, out: W) -> Result<Rec
     Ok(Recovered { messages, frames, damage })
 }
 
-fn add<W: Write + Seek>(writer: &mut mcap::Writer<W>, channel: &Known) -> Result<u16, mcap::McapError> {
+/// Adds a channel as its log describes it, or where that is lost or ambiguous as this version would.
+fn add<W: Write + Seek>(
+    writer: &mut mcap::Writer<W>,
+    channel: &Known,
+    described: Option<&BTreeSet<Description>>,
+) -> Result<u16, mcap::McapError> {
+    if let Some(only) = described.filter(|all| all.len() == 1).and_then(BTreeSet::first) {
+        let Description { schema, text: (encoding, text), encoding: of_messages, metadata } = only;
+        let schema = writer.add_schema(schema, encoding, text)?;
+        return writer.add_channel(schema, channel.name, of_messages, metadata);
+    }
     let schema = writer.add_schema(channel.schema, "protobuf", channel.descriptor)?;
     writer.add_channel(schema, channel.name, "protobuf", &BTreeMap::new())
 }

@@ -176,6 +176,13 @@ fn a_log_of_another_major_format_names_the_version_that_reads_it() {
     map.insert("a key of a later minor version".to_owned(), "is passed over".to_owned());
     assert!(run::RunInfo::from_map(&map).is_ok());
     map.insert("log_format".to_owned(), "2.0".to_owned());
-    let run::Unreadable::Version(refused) = run::RunInfo::from_map(&map).unwrap_err() else { panic!("refused") };
-    assert!(refused.contains("format 2.0") && refused.contains("0.1.0"), "{refused}");
+    let refused = |map: &_| match run::RunInfo::from_map(map) {
+        Err(run::Unreadable::Version(why)) => why,
+        other => panic!("{other:?}"),
+    };
+    // The version at hand is no help.
+    map.insert("agglo_version".to_owned(), env!("CARGO_PKG_VERSION").to_owned());
+    assert!(refused(&map).ends_with("read it with a version that reads 2.x"), "{}", refused(&map));
+    map.insert("agglo_version".to_owned(), "7.1.0".to_owned());
+    assert!(refused(&map).contains("format 2.0") && refused(&map).contains("agglo 7.1.0 or another version"));
 }
