@@ -97,7 +97,7 @@ impl Shape {
         if position.len() != n || velocity.len() != n {
             return Some(format!("holds {} particles, and the scene has {n}", position.len()));
         }
-        let all_or_none = |columns: &Columns| columns.len() == n || columns.len() == 0;
+        let all_or_none = |columns: &Columns| columns.len() == n || columns.is_empty();
         let fits = temperature.as_ref().map(Vec::len) == self.thermal.then_some(n)
             && all_or_none(&checkpoint.acceleration)
             && all_or_none(&checkpoint.list_positions);
