@@ -150,6 +150,11 @@ impl<R: Read + Seek> Container<R> {
         usize::try_from(self.limit - SMALL + (1 << 20)).unwrap_or(usize::MAX)
     }
 
+    /// The largest chunk that makes sense [bytes].
+    pub fn largest_chunk(&self) -> usize {
+        usize::try_from(self.limit).unwrap_or(usize::MAX)
+    }
+
     /// Reads what stands before the first chunk, and returns where that is.
     fn prologue(&mut self) -> Result<u64, LogError> {
         let mut offset = mcap::MAGIC.len() as u64;

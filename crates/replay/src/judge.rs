@@ -156,23 +156,23 @@ impl Judge {
         step.seen[k] = true;
         let name = CHANNELS[k].name;
         if seen[k] {
-            self.fault(offset, format!("step {number} has two messages on {name}"));
+            self.fault(offset, || format!("step {number} has two messages on {name}"));
         } else if let Some(behind) = (k + 1..seen.len()).find(|later| seen[*later]) {
-            self.fault(offset, format!("in step {number}, {name} stands behind {}", CHANNELS[behind].name));
+            self.fault(offset, || format!("in step {number}, {name} stands behind {}", CHANNELS[behind].name));
         }
         let due = log_time(t, self.time_scale);
         if t.to_bits() != of.to_bits() {
-            self.fault(offset, format!("step {number} is of t = {of} s, and its message on {name} of {t} s"));
+            self.fault(offset, || format!("step {number} is of t = {of} s, and its message on {name} of {t} s"));
         } else if (message.log_time, message.publish_time) != (due, due) {
             let (log_time, publish_time) = (message.log_time, message.publish_time);
             let what = format!(
                 "the message on {name} of step {number} has the log time {log_time} ns and the publish time \
                  {publish_time} ns, and belongs to {due} ns"
             );
-            self.fault(offset, what);
+            self.fault(offset, || what);
         }
         if message.data.is_empty() {
-            self.fault(offset, format!("the message on {name} in step {number} is empty"));
+            self.fault(offset, || format!("the message on {name} in step {number} is empty"));
         }
         if topic == Topic::Checkpoint {
             // The last message of its step.
@@ -183,7 +183,7 @@ impl Judge {
     /// Takes what the message that went by last says; `false` where that makes no sense for the scene.
     pub fn entry(&mut self, entry: &Entry, offset: u64) -> bool {
         if let Some(what) = self.shape.as_ref().and_then(|shape| shape.fault(entry)) {
-            self.fault(offset, what);
+            self.fault(offset, || what);
             self.sums = None;
             return false;
         }
@@ -219,7 +219,7 @@ impl Judge {
             for (what, sum, counted) in pairs.into_iter().filter(|(_, sum, counted)| sum != counted) {
                 let text =
                     format!("the checkpoint of step {step} counts {counted} {what}, and the log has {sum} up to there");
-                self.fault(offset, text);
+                self.fault(offset, || text);
             }
         }
     }
@@ -268,7 +268,7 @@ impl Judge {
             let duration = plan.duration;
             match self.before {
                 None => {
-                    self.fault(size, "there is no message in it".to_owned());
+                    self.fault(size, || "there is no message in it".to_owned());
                     self.touch(Some(f64::INFINITY));
                 }
                 Some((number, t, before)) if !ends(duration, t, t - before) => {
@@ -276,7 +276,7 @@ impl Judge {
                         "the log ends with step {number} at t = {t} s, and its scene at {duration} s; nothing in it says that \
                          the run was interrupted"
                     );
-                    self.fault(size, what);
+                    self.fault(size, || what);
                     self.touch(Some(f64::INFINITY));
                 }
                 Some(_) => {}
@@ -314,10 +314,10 @@ impl Judge {
         // A loss explains steps that are missing, and none that come twice.
         let explained = excused && number >= expected;
         if let Some(what) = what.filter(|_| !explained) {
-            self.fault(offset, what);
+            self.fault(offset, || what);
         }
         if self.before.is_some_and(|(_, before, _)| t < before) || !t.is_finite() {
-            self.fault(offset, format!("step {number} is of t = {t} s, which is before the step that it follows"));
+            self.fault(offset, || format!("step {number} is of t = {t} s, which is before the step that it follows"));
         }
         if excused || number != expected {
             self.touch(Some(t));
@@ -354,23 +354,20 @@ impl Judge {
         let names: Vec<&str> = CHANNELS.iter().zip(what).filter(|(_, lacks)| *lacks).map(|(c, _)| c.name).collect();
         let names = names.join(", ");
         let Step { number, t, offset, .. } = first;
-        self.fault(
-            offset,
-            match count {
-                1 => format!("step {number} at t = {t} s has no message on {names}"),
-                _ => format!("{count} steps from {number} (t = {t} s) to {last} have no message on {names}"),
-            },
-        );
+        self.fault(offset, || match count {
+            1 => format!("step {number} at t = {t} s has no message on {names}"),
+            _ => format!("{count} steps from {number} (t = {t} s) to {last} have no message on {names}"),
+        });
     }
 
     /// Takes note of something that is wrong, such as a message that makes no sense.
-    pub fn fault(&mut self, offset: u64, what: String) {
+    pub fn fault(&mut self, offset: u64, what: impl FnOnce() -> String) {
         self.touch(None);
         match &mut self.more {
             Some((more, _)) => *more += 1,
             None if self.named < NAMED => {
                 self.named += 1;
-                self.found.push(Damage { offset, what });
+                self.found.push(Damage { offset, what: what() });
             }
             None => self.more = Some((1, offset)),
         }

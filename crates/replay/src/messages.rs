@@ -237,6 +237,11 @@ impl<'a, R: Read + Seek> RawMessages<'a, R> {
         self
     }
 
+    /// The largest chunk that makes sense [bytes]: no step takes more.
+    pub(crate) fn largest_chunk(&self) -> usize {
+        self.log.container.largest_chunk()
+    }
+
     /// What was counted only, once.
     fn unnamed(&mut self) -> Option<Damage> {
         let (count, offset) = std::mem::take(&mut self.senseless);

@@ -8,6 +8,9 @@ use agglo_record::channels::Topic;
 use crate::error::{Damage, LogError};
 use crate::messages::{Message, RawMessage, RawMessages};
 
+/// Messages that a step may have: one on each channel, and what it has to say.
+const MOST: usize = 1000;
+
 /// The messages of one step as they stand in a log.
 #[derive(Clone, Debug, Default)]
 pub struct RawStep {
@@ -77,13 +80,27 @@ impl<'a, R: Read + Seek> RawSteps<'a, R> {
             self.unordered.get_or_insert(((t, step), Arc::clone(&first.channel.name)));
         }
         self.last = Some(step);
+        let mut left = self.messages.largest_chunk().saturating_sub(first.data.len());
         let mut found = RawStep { t, step, messages: vec![first] };
+        let mut too_many = false;
         while let Some(message) = self.message()? {
             if self.pending_gap || message.key().is_some_and(|(_, of)| of != step) {
                 self.next = Some(message);
                 break;
             }
-            found.messages.push(message);
+            match left.checked_sub(message.data.len()).filter(|_| found.messages.len() < MOST) {
+                Some(rest) if !too_many => {
+                    left = rest;
+                    found.messages.push(message);
+                }
+                _ if !too_many => {
+                    too_many = true;
+                    let what =
+                        format!("step {step} has more messages than a step can have: those from here on are lost");
+                    self.damage.push(Damage { offset: self.messages.offset(), what });
+                }
+                _ => {}
+            }
         }
         Ok(Some(found))
     }

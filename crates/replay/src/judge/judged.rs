@@ -70,9 +70,8 @@ impl<R: Read + Seek> Judged<'_, R> {
             Ok(None) => return Some((message, None)),
             Ok(Some(entry)) => entry,
             Err(malformed) => {
-                let Damage { offset, what } = senseless(offset, &malformed.to_string());
                 judge.lose();
-                judge.fault(offset, what);
+                judge.fault(offset, || senseless(offset, &malformed.to_string()).what);
                 return None;
             }
         };
