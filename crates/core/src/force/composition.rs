@@ -7,11 +7,10 @@
 use super::near_field::{BindingTerm, Field, Group, Switch};
 use super::power::Power;
 use crate::domain::Periodic;
-use crate::lanes::{exp, ln};
-use crate::simd::{Lanes, Simd};
+use crate::simd::{Arithmetic, Lanes, Simd};
 
 /// The eight partners of a block.
-pub(super) trait Partners<S: Simd> {
+pub(super) trait Partners<S: Arithmetic> {
     /// Their values in a column that is in the order of the kernel.
     fn of(&self, simd: S, column: &[f64]) -> S::F;
     /// Their weights in the first group.
@@ -20,7 +19,7 @@ pub(super) trait Partners<S: Simd> {
 
 /// One particle and its eight partners.
 #[derive(Clone, Copy)]
-pub(super) struct Pairs<'a, S: Simd, P> {
+pub(super) struct Pairs<'a, S: Arithmetic, P> {
     pub(super) simd: S,
     /// The particle, in the order of the kernel.
     pub(super) own: usize,
@@ -31,7 +30,7 @@ pub(super) struct Pairs<'a, S: Simd, P> {
     pub(super) square: S::F,
 }
 
-impl<S: Simd, P: Partners<S>> Pairs<'_, S, P> {
+impl<S: Arithmetic, P: Partners<S>> Pairs<'_, S, P> {
     /// Products of a column's values; the same for (i, j) and (j, i).
     #[inline(always)]
     fn product(&self, column: &[f64]) -> S::F {
@@ -42,7 +41,7 @@ impl<S: Simd, P: Partners<S>> Pairs<'_, S, P> {
 /// The near field inside its cut-off.
 pub(super) trait Law: Copy + Sync {
     /// F/s of eight pairs [N/m].
-    fn pull<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F;
+    fn pull<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F;
 }
 
 /// c_1/s + c_2/s^2.
@@ -51,7 +50,7 @@ pub(super) struct OneTwo(pub(super) [f64; 2]);
 
 impl Law for OneTwo {
     #[inline(always)]
-    fn pull<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
+    fn pull<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
         let simd = pairs.simd;
         let inverse = simd.splat(1.0) / pairs.square.sqrt();
         (simd.splat(self.0[0]) + simd.splat(self.0[1]) * inverse) * (inverse * inverse)
@@ -64,7 +63,7 @@ pub(super) struct SevenThirteen(pub(super) [f64; 2]);
 
 impl Law for SevenThirteen {
     #[inline(always)]
-    fn pull<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
+    fn pull<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
         let simd = pairs.simd;
         let inverse = simd.splat(1.0) / pairs.square;
         let sixth = inverse * inverse * inverse;
@@ -82,12 +81,12 @@ pub(super) struct Real<const N: usize> {
 
 impl<const N: usize> Law for Real<N> {
     #[inline(always)]
-    fn pull<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
+    fn pull<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
         let simd = pairs.simd;
-        let logarithm = ln(simd, pairs.square);
+        let logarithm = simd.ln(pairs.square);
         let mut sum = simd.splat(0.0);
         for k in 0..N {
-            sum = sum + simd.splat(self.strengths[k]) * exp(simd, simd.splat(self.factors[k]) * logarithm);
+            sum = sum + simd.splat(self.strengths[k]) * simd.exp(simd.splat(self.factors[k]) * logarithm);
         }
         sum
     }
@@ -96,20 +95,20 @@ impl<const N: usize> Law for Real<N> {
 /// A law whose potential a switch can take to zero.
 pub(super) trait Switchable: Law {
     /// Potential of eight pairs from 1/s, without its shift [J].
-    fn potential<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, inverse: S::F) -> S::F;
+    fn potential<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, inverse: S::F) -> S::F;
 }
 
 impl Switchable for OneTwo {
     #[inline(always)]
-    fn potential<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, inverse: S::F) -> S::F {
+    fn potential<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, inverse: S::F) -> S::F {
         let simd = pairs.simd;
-        simd.splat(0.5 * self.0[0]) * ln(simd, pairs.square) - simd.splat(self.0[1]) * inverse
+        simd.splat(0.5 * self.0[0]) * simd.ln(pairs.square) - simd.splat(self.0[1]) * inverse
     }
 }
 
 impl Switchable for SevenThirteen {
     #[inline(always)]
-    fn potential<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, inverse: S::F) -> S::F {
+    fn potential<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, inverse: S::F) -> S::F {
         let simd = pairs.simd;
         let square = inverse * inverse;
         let sixth = square * square * square;
@@ -128,7 +127,7 @@ pub(super) struct Switched<L> {
 
 impl<L: Switchable> Law for Switched<L> {
     #[inline(always)]
-    fn pull<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
+    fn pull<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
         let Self { law, switch, shift } = self;
         let (simd, pull) = (pairs.simd, law.pull(pairs));
         // Below it the switch is 1 and its slope 0, exactly.
@@ -147,7 +146,7 @@ pub(super) struct Weighted<L>(pub(super) L);
 
 impl<L: Law> Law for Weighted<L> {
     #[inline(always)]
-    fn pull<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
+    fn pull<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
         self.0.pull(pairs) * (pairs.partners.weight(pairs.simd) * pairs.own_weight)
     }
 }
@@ -165,11 +164,11 @@ pub(super) struct General<'a> {
 
 impl Law for General<'_> {
     #[inline(always)]
-    fn pull<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
+    fn pull<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
         let simd = pairs.simd;
         let zero = simd.splat(0.0);
         let inverse = simd.splat(1.0) / pairs.square.sqrt();
-        let logarithm = if self.logarithm { ln(simd, pairs.square) } else { zero };
+        let logarithm = if self.logarithm { simd.ln(pairs.square) } else { zero };
         let (mut force, mut potential) = (zero, zero);
         for g in 0..self.groups.len().min(self.weights.len()) {
             let (group, weights) = (&self.groups[g], &self.weights[g]);
@@ -200,7 +199,7 @@ impl Law for General<'_> {
 /// Binding, or none.
 pub(super) trait Bond: Copy + Sync {
     /// Adds F/s of bonded pairs to a pull [N/m].
-    fn add<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, pull: S::F) -> S::F;
+    fn add<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, pull: S::F) -> S::F;
 }
 
 /// No binding.
@@ -209,7 +208,7 @@ pub(super) struct Free;
 
 impl Bond for Free {
     #[inline(always)]
-    fn add<S: Simd, P: Partners<S>>(self, _: &Pairs<'_, S, P>, pull: S::F) -> S::F {
+    fn add<S: Arithmetic, P: Partners<S>>(self, _: &Pairs<'_, S, P>, pull: S::F) -> S::F {
         pull
     }
 }
@@ -230,7 +229,7 @@ pub(super) struct Bound<'a> {
 
 impl Bond for Bound<'_> {
     #[inline(always)]
-    fn add<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, pull: S::F) -> S::F {
+    fn add<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, pull: S::F) -> S::F {
         let simd = pairs.simd;
         let near = pairs.square.le(simd.splat(self.largest));
         if !S::F::any(near) {
@@ -245,7 +244,7 @@ impl Bond for Bound<'_> {
             }
         };
         let inverse = simd.splat(1.0) / pairs.square.sqrt();
-        let logarithm = if self.power.needs_logarithm() { ln(simd, pairs.square) } else { inverse };
+        let logarithm = if self.power.needs_logarithm() { simd.ln(pairs.square) } else { inverse };
         let mut force = simd.splat(self.strength) * self.power.lanes(simd, logarithm, inverse);
         if let Some(weight) = self.weight {
             force = force * pairs.product(weight);
@@ -394,7 +393,7 @@ pub(super) fn separation<S: Simd>(simd: S, periodic: &Periodic, any: bool, d: [S
 
 /// The pull of eight pairs, near field inside its cut-off and binding.
 #[inline(always)]
-pub(super) fn pull<S: Simd, P: Partners<S>>(
+pub(super) fn pull<S: Arithmetic, P: Partners<S>>(
     law: impl Law,
     bond: impl Bond,
     reach: S::F,

@@ -3,12 +3,12 @@
 use super::expansion::Degrees;
 use super::sweep::{AtLeaf, Local, from_centre, lanes_below};
 use super::tree::{Cell, Tree};
-use crate::force::composition::{self, Bond, Law, Ordered, pull, square_of};
-use crate::force::near_field::Field;
+use super::single::Single;
+use crate::force::composition::{self, Bond, Law, Ordered};
 use crate::force::potential::{self, Potential};
 use crate::math::Sum;
 use crate::neighbor::load;
-use crate::simd::{LANES, Lanes, Simd};
+use crate::simd::{Arithmetic, LANES, Lanes, Simd};
 use std::ops::Range;
 
 /// Eight consecutive particles, or fewer.
@@ -19,7 +19,7 @@ struct Block<'a> {
     weight: Option<&'a [f64]>,
 }
 
-impl<S: Simd> composition::Partners<S> for Block<'_> {
+impl<S: Arithmetic> composition::Partners<S> for Block<'_> {
     #[inline(always)]
     fn of(&self, simd: S, column: &[f64]) -> S::F {
         load(simd, column, self.first)
@@ -67,12 +67,48 @@ fn separation<S: Simd>(simd: S, tree: &Tree, own: usize, block: &Block<'_>, at: 
     (d, square)
 }
 
+/// Neighbouring leaves' pairs: columns in the order of places, and units.
+pub(super) struct Near<'a> {
+    single: &'a Single,
+    pub(super) ordered: Ordered,
+    range: [f64; 2],
+}
+
+impl<'a> Near<'a> {
+    /// With squares of distances, in units, between which 32 bits serve.
+    pub(super) fn new(single: &'a Single, tree: &Tree, range: [f64; 2]) -> Self {
+        let field = &single.field;
+        let ordered = Ordered::new(&field.groups, field.binding.as_ref(), |column| tree.sorted(column));
+        Self { single, ordered, range }
+    }
+
+    /// The pull of eight pairs [N/m], in 32 bits where they serve; infinitely distant ones have none.
+    #[inline(always)]
+    fn pull<S: Simd>(&self, simd: S, law: impl Law, own: usize, partners: &Block<'_>, square: S::F) -> S::F {
+        let weight = match partners.weight {
+            Some(weight) => weight[own],
+            None => 1.0,
+        };
+        let square = square * simd.splat(self.single.square);
+        let [low, high] = self.range;
+        let outside = S::F::any(square.le(simd.splat(low))) || S::F::any(simd.splat(high).le(square));
+        let pull = if outside {
+            let pairs = composition::Pairs { simd, own, own_weight: simd.splat(weight), partners, square };
+            law.pull(&pairs).keep(square.le(simd.splat(f64::MAX)))
+        } else {
+            let (single, square) = (simd.single(), simd.narrow(square));
+            let own_weight = single.splat(weight);
+            simd.widen(law.pull(&composition::Pairs { simd: single, own, own_weight, partners, square }))
+        };
+        pull * simd.splat(self.single.pull)
+    }
+}
+
 /// Forces on the particles of leaves.
 pub(super) struct Forces<'a, L, B> {
     pub(super) law: L,
     pub(super) bond: B,
-    pub(super) field: &'a Field,
-    pub(super) ordered: &'a Ordered,
+    pub(super) near: &'a Near<'a>,
     pub(super) tree: &'a Tree,
     /// Place of the first force.
     pub(super) first: usize,
@@ -84,10 +120,9 @@ pub(super) struct Forces<'a, L, B> {
 impl<L: Law, B: Bond> AtLeaf for Forces<'_, L, B> {
     #[inline(always)]
     fn leaf<S: Simd>(&mut self, simd: S, degrees: &Degrees, cell: &Cell, local: &Local<'_>, near: &[Range<u32>]) {
-        let (ordered, tree) = (self.ordered, self.tree);
+        let tree = self.tree;
         let [x, y, z] = tree.position.axes();
-        let reach = simd.splat(square_of(self.field.cutoff));
-        let weight = ordered.first();
+        let weight = self.near.ordered.first();
         let zero = simd.splat(0.0);
         let mut powers = vec![zero; degrees.count()];
         let Range { start, end } = cell.places();
@@ -100,12 +135,11 @@ impl<L: Law, B: Bond> AtLeaf for Forces<'_, L, B> {
             for run in near {
                 for own in run.start as usize..run.end as usize {
                     let (d, square) = separation(simd, tree, own, &block, at);
-                    let own_weight = match weight {
-                        Some(weight) => simd.splat(weight[own]),
-                        None => simd.splat(1.0),
-                    };
+                    let near_field = self.near.pull(simd, self.law, own, &block, square);
+                    // Binding has its own weights.
+                    let own_weight = simd.splat(1.0);
                     let pairs = composition::Pairs { simd, own, own_weight, partners: &block, square };
-                    let pull = pull(self.law, self.bond, reach, &pairs);
+                    let pull = self.bond.add(&pairs, near_field);
                     force = [force[0] - pull * d[0], force[1] - pull * d[1], force[2] - pull * d[2]];
                 }
                 self.pairs += count as u64 * u64::from(run.end - run.start);

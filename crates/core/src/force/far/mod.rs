@@ -8,6 +8,7 @@
 
 mod expansion;
 mod leaves;
+mod single;
 mod sweep;
 #[cfg(test)]
 mod tests;
@@ -21,8 +22,9 @@ use crate::math::Sum;
 use crate::simd::dispatch;
 use crate::state::Columns;
 use expansion::Degrees;
-use leaves::{Energies, Forces};
+use leaves::{Energies, Forces, Near};
 use rayon::prelude::*;
+use single::Single;
 use std::ops::Range;
 use sweep::{Moments, Sweep};
 use tree::Tree;
@@ -39,13 +41,13 @@ const SAFETY: f64 = 0.4;
 
 /// Most particles of a leaf: with fewer, expansions cost more than the pairs that they save.
 fn leaf(order: usize) -> usize {
-    order * order * 2 / 3 + 8
+    order * order / 3 + 8
 }
 
 /// How large cells that meet by expansions may be for their distance [-]: high orders are dear, and converge faster for
 /// small ones.
 fn opening(order: usize) -> f64 {
-    if order < 8 { 0.58 } else { 0.5 }
+    if order < 8 { 0.55 } else { 0.5 }
 }
 
 /// The method with its space, kept between calls.
@@ -55,6 +57,7 @@ pub(crate) struct Far {
     tree: Tree,
     moments: Moments,
     forces: Vec<[f64; 3]>,
+    single: Single,
 }
 
 /// A tree with moments, and what is left to be done.
@@ -82,10 +85,12 @@ impl Far {
             tree: Tree::default(),
             moments: Moments::default(),
             forces: Vec::new(),
+            single: Single::new(field, 1.0, 0.0),
         };
         ORDERS.into_iter().find_map(|order| {
             far.degrees = Degrees::new(order);
             far.tree.build(r, leaf(order));
+            far.single = Single::new(field, far.tree.spacing(), accuracy);
             let error = error(&far.sample(field, true), &far.sample(field, false));
             (error <= SAFETY * accuracy).then(|| far.clone())
         })
@@ -98,13 +103,14 @@ impl Far {
 
     /// Adds the forces of all pairs to `force` [N]; returns the number of unordered pairs that met as pairs.
     pub(super) fn forces(&mut self, field: &Field, r: &Columns, force: &mut Columns) -> u64 {
-        let Self { degrees, tree, moments, forces } = self;
+        let Self { degrees, tree, moments, forces, single } = self;
         tree.build(r, leaf(degrees.order));
         let prepared = Prepared::new(field, degrees, tree, moments);
-        let ordered = Ordered::new(&field.groups, field.binding.as_ref(), |column| tree.sorted(column));
+        let near = Near::new(single, tree, single.range);
         forces.resize(r.len(), [0.0; 3]);
         let mut pairs = 0;
-        compose(field, &ordered, AllTasks { prepared: &prepared, ordered: &ordered, forces, pairs: &mut pairs });
+        let job = AllTasks { prepared: &prepared, near: &near, forces, pairs: &mut pairs };
+        compose(&single.field, &near.ordered, job);
         for (axis, force) in force.axes_mut().into_iter().enumerate() {
             for (&i, own) in tree.order.iter().zip(forces.iter()) {
                 force[i as usize] += own[axis];
@@ -125,9 +131,9 @@ impl Far {
 
     /// Forces on some particles spread over the cloud [N]: by expansions, or by pairs alone.
     fn sample(&mut self, field: &Field, by_expansions: bool) -> Vec<[f64; 3]> {
-        let Self { degrees, tree, moments, .. } = self;
+        let Self { degrees, tree, moments, single, .. } = self;
         let prepared = Prepared::new(field, degrees, tree, moments);
-        let ordered = Ordered::new(&field.groups, field.binding.as_ref(), |column| tree.sorted(column));
+        let near = Near::new(single, tree, if by_expansions { single.range } else { Single::NEVER });
         let mut forces = Vec::new();
         let stride = prepared.tasks.len().div_ceil(SAMPLES);
         for task in prepared.tasks.iter().step_by(stride) {
@@ -138,7 +144,8 @@ impl Far {
             let count = tree.cells[leaf].len();
             let mut own = vec![[0.0; 3]; tree.cells[task.cell].len()];
             let all = (!by_expansions).then(|| everyone(leaf, tree.order.len()));
-            compose(field, &ordered, OneTask { prepared: &prepared, ordered: &ordered, task, all, forces: &mut own });
+            let job = OneTask { prepared: &prepared, near: &near, task, all, forces: &mut own };
+            compose(&single.field, &near.ordered, job);
             forces.extend_from_slice(&own[..count]);
         }
         forces
@@ -203,14 +210,14 @@ impl<'a> Prepared<'a> {
 /// Forces on the particles of all tasks, in the order of places.
 struct AllTasks<'a> {
     prepared: &'a Prepared<'a>,
-    ordered: &'a Ordered,
+    near: &'a Near<'a>,
     forces: &'a mut [[f64; 3]],
     pairs: &'a mut u64,
 }
 
 impl Job for AllTasks<'_> {
     fn run<L: Law, B: Bond>(self, law: L, bond: B) {
-        let Self { prepared, ordered, mut forces, pairs } = self;
+        let Self { prepared, near, mut forces, pairs } = self;
         let mut parts = Vec::with_capacity(prepared.tasks.len());
         for task in &prepared.tasks {
             let (own, rest) = forces.split_at_mut(prepared.tree.cells[task.cell].len());
@@ -219,7 +226,7 @@ impl Job for AllTasks<'_> {
         }
         let one = |(task, forces): (&Task, &mut [[f64; 3]])| {
             let meetings = task.meetings(prepared.tree, prepared.rule);
-            task_forces(prepared, ordered, (task, task.parent), &meetings, forces, (law, bond))
+            task_forces(prepared, near, (task, task.parent), &meetings, forces, (law, bond))
         };
         *pairs = parts.into_par_iter().with_max_len(1).map(one).sum();
     }
@@ -228,7 +235,7 @@ impl Job for AllTasks<'_> {
 /// Forces on the particles of one task.
 struct OneTask<'a> {
     prepared: &'a Prepared<'a>,
-    ordered: &'a Ordered,
+    near: &'a Near<'a>,
     task: &'a Task,
     /// What it meets, if that is not what the tree says.
     all: Option<Meetings>,
@@ -237,27 +244,26 @@ struct OneTask<'a> {
 
 impl Job for OneTask<'_> {
     fn run<L: Law, B: Bond>(self, law: L, bond: B) {
-        let Self { prepared, ordered, task, all, forces } = self;
+        let Self { prepared, near, task, all, forces } = self;
         // Who meets everyone as pairs has nothing from above.
         let (meetings, parent) = match all {
             Some(all) => (all, None),
             None => (task.meetings(prepared.tree, prepared.rule), task.parent),
         };
-        task_forces(prepared, ordered, (task, parent), &meetings, forces, (law, bond));
+        task_forces(prepared, near, (task, parent), &meetings, forces, (law, bond));
     }
 }
 
 fn task_forces<L: Law, B: Bond>(
     prepared: &Prepared<'_>,
-    ordered: &Ordered,
+    near: &Near<'_>,
     (task, parent): (&Task, Option<usize>),
     meetings: &Meetings,
     forces: &mut [[f64; 3]],
     (law, bond): (L, B),
 ) -> u64 {
-    let field = prepared.field;
     let first = prepared.tree.cells[task.cell].places().start;
-    let at_leaf = Forces { law, bond, field, ordered, tree: prepared.tree, first, forces, pairs: 0 };
+    let at_leaf = Forces { law, bond, near, tree: prepared.tree, first, forces, pairs: 0 };
     dispatch(prepared.sweep(meetings, parent, &mut Vec::new(), at_leaf)).pairs
 }
 
