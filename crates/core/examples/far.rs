@@ -5,8 +5,15 @@ fn main() {
     let kind = std::env::args().nth(3).unwrap_or("12".into());
     let text = |acc: Option<f64>| {
         let a = acc.map_or(String::new(), |a| format!(r#", "accuracy": {a:e}"#));
-        let law = if kind == "12" { r#""attraction": { "strength": 1, "exponent": 1 }, "repulsion": { "strength": 0.01, "exponent": 2 }, "weight": "none""# } else { r#""attraction": { "strength": 1, "exponent": 2 }, "repulsion": { "strength": 0.01, "exponent": 4 }, "weight": "charge-product""# };
-        format!(r#"{{ "duration": 1, "particles": {{ "random_cube": {{ "count": {n}, "side": {:?}, "radius_ratio": 0.25, "density": 2, "charge": [1, -1] }} }}, "near_field": {{ {law} {a} }} }}"#, (n as f64).cbrt())
+        let law = if kind == "12" {
+            r#""attraction": { "strength": 1, "exponent": 1 }, "repulsion": { "strength": 0.01, "exponent": 2 }, "weight": "none""#
+        } else {
+            r#""attraction": { "strength": 1, "exponent": 2 }, "repulsion": { "strength": 0.01, "exponent": 4 }, "weight": "charge-product""#
+        };
+        format!(
+            r#"{{ "duration": 1, "particles": {{ "random_cube": {{ "count": {n}, "side": {:?}, "radius_ratio": 0.25, "density": 2, "charge": [1, -1] }} }}, "near_field": {{ {law} {a} }} }}"#,
+            (n as f64).cbrt()
+        )
     };
     let scene = Scene::parse(&text(None), &[]).unwrap();
     let (p, s) = place(&scene).unwrap();

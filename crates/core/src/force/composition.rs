@@ -2,7 +2,7 @@
 //!
 //! A law gives the pull F/s [N/m], so that pull times r_j - r_i is the force on i. It is symmetric in i and j to the last
 //! bit. The exponents of the paper (1, 2) and of Lennard-Jones (7, 13) have a law of their own, with or without a switch, and
-//! so have one or two real exponents; all others are looked up once per eight pairs.
+//! so have whole ones up to 4 and one or two real ones; all others are looked up once per eight pairs.
 
 use super::near_field::{BindingTerm, Field, Group, Switch};
 use super::power::Power;
@@ -54,6 +54,36 @@ impl Law for OneTwo {
         let simd = pairs.simd;
         let inverse = simd.splat(1.0) / pairs.square.sqrt();
         (simd.splat(self.0[0]) + simd.splat(self.0[1]) * inverse) * (inverse * inverse)
+    }
+}
+
+/// Whole exponents from 1 to 4, in G groups of terms with a weight each.
+#[derive(Clone, Copy)]
+pub(super) struct Whole<'a, const G: usize> {
+    /// Of c_1/s + c_2/s^2 + c_3/s^3 + c_4/s^4.
+    strengths: [[f64; 4]; G],
+    /// Weights of the groups behind the first, in the order of the kernel; `None`: 1.
+    weights: [Option<&'a [f64]>; G],
+}
+
+impl<const G: usize> Law for Whole<'_, G> {
+    #[inline(always)]
+    fn pull<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
+        let simd = pairs.simd;
+        let inverse = simd.splat(1.0) / pairs.square.sqrt();
+        let mut sum = simd.splat(0.0);
+        for g in 0..G {
+            let [one, two, three, four] = self.strengths[g];
+            let steep = simd.splat(three) + simd.splat(four) * inverse;
+            let mut of_group = simd.splat(one) + (simd.splat(two) + steep * inverse) * inverse;
+            if g == 0 {
+                of_group = of_group * (pairs.partners.weight(simd) * pairs.own_weight);
+            } else if let Some(weight) = self.weights[g] {
+                of_group = of_group * pairs.product(weight);
+            }
+            sum = sum + of_group;
+        }
+        sum * (inverse * inverse)
     }
 }
 
@@ -125,6 +155,14 @@ pub(super) struct Switched<L> {
     shift: f64,
 }
 
+impl<L> Switched<L> {
+    /// A law with the switch of a field, if it has one.
+    fn of(field: &Field, law: L) -> Option<Self> {
+        let terms = field.groups.iter().flat_map(|group| &group.terms);
+        field.switch.map(|switch| Self { law, switch, shift: terms.map(|term| term.strength * term.shift).sum() })
+    }
+}
+
 impl<L: Switchable> Law for Switched<L> {
     #[inline(always)]
     fn pull<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
@@ -140,7 +178,8 @@ impl<L: Switchable> Law for Switched<L> {
     }
 }
 
-/// Another law times the weights of the first group.
+/// Another law times the weights of the first group, which are 1 where it has none: every law that is compiled both with
+/// and without costs compile time, so only the paper's is.
 #[derive(Clone, Copy)]
 pub(super) struct Weighted<L>(pub(super) L);
 
@@ -290,6 +329,8 @@ impl Ordered {
 pub(crate) enum Composition {
     OneTwo([f64; 2]),
     SevenThirteen([f64; 2]),
+    /// Strengths of the exponents 1 to 4 of one or two groups.
+    Whole([[f64; 4]; 2]),
     /// Strengths and exponents of one or two terms.
     Real([f64; 2], [f64; 2]),
     General,
@@ -297,18 +338,21 @@ pub(crate) enum Composition {
 
 impl Composition {
     pub(super) fn of(groups: &[Group], switch: Option<Switch>) -> Self {
-        let [group] = groups else { return Self::General };
-        let strengths = |exponents: [f64; 2]| {
-            let known = group.terms.iter().all(|term| exponents.contains(&term.power.exponent));
-            let strength = |exponent: f64| {
-                let terms = group.terms.iter().filter(|term| term.power.exponent == exponent);
-                terms.map(|term| term.strength).sum::<f64>()
-            };
-            known.then(|| exponents.map(strength))
+        let whole = [1.0, 2.0, 3.0, 4.0];
+        let group = match groups {
+            [group] => group,
+            [one, two] if switch.is_none() => {
+                let strengths = strengths(one, whole).zip(strengths(two, whole));
+                return strengths.map_or(Self::General, |(one, two)| Self::Whole([one, two]));
+            }
+            _ => return Self::General,
         };
-        match (strengths([1.0, 2.0]), strengths([7.0, 13.0]), group.terms.as_slice()) {
+        match (strengths(group, [1.0, 2.0]), strengths(group, [7.0, 13.0]), group.terms.as_slice()) {
             (Some(strengths), ..) => Self::OneTwo(strengths),
             (_, Some(strengths), _) if group.weight.is_none() => Self::SevenThirteen(strengths),
+            _ if switch.is_none() && strengths(group, whole).is_some() => {
+                Self::Whole([strengths(group, whole).unwrap_or_default(), [0.0; 4]])
+            }
             (_, _, [one, rest @ ..]) if switch.is_none() && rest.len() < 2 && one.power.needs_logarithm() => {
                 let two = rest.first().map_or((0.0, 0.0), |two| (two.strength, two.power.exponent));
                 Self::Real([one.strength, two.0], [one.power.exponent, two.1])
@@ -318,46 +362,66 @@ impl Composition {
     }
 }
 
+/// Strengths of some exponents; `None` where a group has others too.
+fn strengths<const N: usize>(group: &Group, exponents: [f64; N]) -> Option<[f64; N]> {
+    let known = group.terms.iter().all(|term| exponents.contains(&term.power.exponent));
+    let strength = |exponent: f64| {
+        let terms = group.terms.iter().filter(|term| term.power.exponent == exponent);
+        terms.map(|term| term.strength).sum::<f64>()
+    };
+    known.then(|| exponents.map(strength))
+}
+
 /// Does a job with the law of a field, the only place that looks at what the law is.
 pub(super) fn compose(field: &Field, ordered: &Ordered, job: impl Job) {
     match field.composition {
-        Composition::OneTwo(strengths) => switched(field, ordered, OneTwo(strengths), job),
-        Composition::SevenThirteen(strengths) => switched(field, ordered, SevenThirteen(strengths), job),
+        Composition::OneTwo(strengths) => match (Switched::of(field, OneTwo(strengths)), ordered.first()) {
+            (None, None) => bind(field, ordered, OneTwo(strengths), job),
+            (None, Some(_)) => bind(field, ordered, Weighted(OneTwo(strengths)), job),
+            (Some(law), _) => bind(field, ordered, Weighted(law), job),
+        },
+        // These have no weights.
+        Composition::SevenThirteen(strengths) => match Switched::of(field, SevenThirteen(strengths)) {
+            None => bind(field, ordered, SevenThirteen(strengths), job),
+            Some(law) => bind(field, ordered, law, job),
+        },
+        Composition::Whole(strengths) => whole(field, ordered, strengths, job),
         Composition::Real([strength, _], [exponent, _]) if field.groups[0].terms.len() == 1 => {
-            weigh(field, ordered, Real { strengths: [strength], factors: [-0.5 * (exponent + 1.0)] }, job)
+            let law = Real { strengths: [strength], factors: [-0.5 * (exponent + 1.0)] };
+            bind(field, ordered, Weighted(law), job)
         }
         Composition::Real(strengths, exponents) => {
-            weigh(field, ordered, Real { strengths, factors: exponents.map(|beta| -0.5 * (beta + 1.0)) }, job)
+            let law = Real { strengths, factors: exponents.map(|beta| -0.5 * (beta + 1.0)) };
+            bind(field, ordered, Weighted(law), job)
         }
-        Composition::General => {
-            let (groups, switch) = (&field.groups, field.switch);
-            let needs = |power: &Power| match switch {
-                Some(_) => power.potential_needs_logarithm(),
-                None => power.needs_logarithm(),
-            };
-            let logarithm = groups.iter().flat_map(|group| &group.terms).any(|term| needs(&term.power));
-            let law = General { groups, weights: &ordered.weights, switch, logarithm };
-            bind(field, ordered, law, job);
-        }
+        Composition::General => general(field, ordered, job),
     }
 }
 
-fn switched(field: &Field, ordered: &Ordered, law: impl Switchable, job: impl Job) {
-    match field.switch {
-        None => weigh(field, ordered, law, job),
-        Some(switch) => {
-            let terms = field.groups.iter().flat_map(|group| &group.terms);
-            let shift = terms.map(|term| term.strength * term.shift).sum();
-            weigh(field, ordered, Switched { law, switch, shift }, job);
-        }
+/// The same where distances have no end: fewer laws, each for any precision.
+pub(super) fn compose_unbounded(field: &Field, ordered: &Ordered, job: impl Job) {
+    match field.composition {
+        Composition::OneTwo(strengths) => bind(field, ordered, Weighted(OneTwo(strengths)), job),
+        Composition::Whole(strengths) => whole(field, ordered, strengths, job),
+        _ => general(field, ordered, job),
     }
 }
 
-fn weigh(field: &Field, ordered: &Ordered, law: impl Law, job: impl Job) {
-    match ordered.first() {
-        None => bind(field, ordered, law, job),
-        Some(_) => bind(field, ordered, Weighted(law), job),
+fn whole(field: &Field, ordered: &Ordered, strengths: [[f64; 4]; 2], job: impl Job) {
+    match ordered.weights.as_slice() {
+        [_, second] => bind(field, ordered, Whole { strengths, weights: [None, second.as_deref()] }, job),
+        _ => bind(field, ordered, Whole { strengths: [strengths[0]], weights: [None] }, job),
     }
+}
+
+fn general(field: &Field, ordered: &Ordered, job: impl Job) {
+    let (groups, switch) = (&field.groups, field.switch);
+    let needs = |power: &Power| match switch {
+        Some(_) => power.potential_needs_logarithm(),
+        None => power.needs_logarithm(),
+    };
+    let logarithm = groups.iter().flat_map(|group| &group.terms).any(|term| needs(&term.power));
+    bind(field, ordered, General { groups, weights: &ordered.weights, switch, logarithm }, job);
 }
 
 fn bind(field: &Field, ordered: &Ordered, law: impl Law, job: impl Job) {

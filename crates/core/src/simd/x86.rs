@@ -89,7 +89,9 @@ impl Simd for Avx2 {
 
     #[inline(always)]
     fn widen(self, x: Narrow) -> Double {
-        unsafe { Double(_mm256_cvtps_pd(_mm256_castps256_ps128(x.0)), _mm256_cvtps_pd(_mm256_extractf128_ps::<1>(x.0))) }
+        unsafe {
+            Double(_mm256_cvtps_pd(_mm256_castps256_ps128(x.0)), _mm256_cvtps_pd(_mm256_extractf128_ps::<1>(x.0)))
+        }
     }
 
     #[inline(always)]

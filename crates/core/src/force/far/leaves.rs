@@ -1,9 +1,9 @@
 //! What particles of a leaf get: from its local expansion, and from neighbouring leaves pair by pair.
 
 use super::expansion::Degrees;
+use super::single::Single;
 use super::sweep::{AtLeaf, Local, from_centre, lanes_below};
 use super::tree::{Cell, Tree};
-use super::single::Single;
 use crate::force::composition::{self, Bond, Law, Ordered};
 use crate::force::potential::{self, Potential};
 use crate::math::Sum;

@@ -15,7 +15,7 @@ mod tests;
 mod tree;
 mod walk;
 
-use super::composition::{Bond, Job, Law, Ordered, compose};
+use super::composition::{Bond, Job, Law, compose_unbounded};
 use super::near_field::{BindingTerm, Field};
 use super::potential::{self, Potential, PotentialJob};
 use crate::math::Sum;
@@ -110,7 +110,7 @@ impl Far {
         forces.resize(r.len(), [0.0; 3]);
         let mut pairs = 0;
         let job = AllTasks { prepared: &prepared, near: &near, forces, pairs: &mut pairs };
-        compose(&single.field, &near.ordered, job);
+        compose_unbounded(&single.field, &near.ordered, job);
         for (axis, force) in force.axes_mut().into_iter().enumerate() {
             for (&i, own) in tree.order.iter().zip(forces.iter()) {
                 force[i as usize] += own[axis];
@@ -145,7 +145,7 @@ impl Far {
             let mut own = vec![[0.0; 3]; tree.cells[task.cell].len()];
             let all = (!by_expansions).then(|| everyone(leaf, tree.order.len()));
             let job = OneTask { prepared: &prepared, near: &near, task, all, forces: &mut own };
-            compose(&single.field, &near.ordered, job);
+            compose_unbounded(&single.field, &near.ordered, job);
             forces.extend_from_slice(&own[..count]);
         }
         forces

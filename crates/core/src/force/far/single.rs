@@ -57,7 +57,12 @@ impl Single {
             && (length * length).is_normal();
         if !fits {
             let composition = field.composition;
-            return Self { field: field.in_units(field.groups.clone(), composition), square: 1.0, pull: 1.0, range: Self::NEVER };
+            return Self {
+                field: field.in_units(field.groups.clone(), composition),
+                square: 1.0,
+                pull: 1.0,
+                range: Self::NEVER,
+            };
         }
         groups.iter_mut().flat_map(|group| &mut group.terms).for_each(|term| term.strength /= largest);
         let composition = Composition::of(&groups, None);
