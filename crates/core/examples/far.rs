@@ -21,10 +21,13 @@ fn main() {
     let mut exact = Columns::zeros(n);
     let mut m = Model::new(&scene, &p, &s.position);
     let t = std::time::Instant::now();
-    m.forces(&s.position, &mut exact);
+    if std::env::var("ONLY").is_err() || std::env::var("ERR").is_ok() {
+        m.forces(&s.position, &mut exact);
+    }
     let direct = t.elapsed().as_secs_f64();
     println!("direct {direct:.3} s {:.2} ns/pair", direct * 2e9 / (n as f64 * n as f64));
-    for acc in [1e-4, 1e-6] {
+    let accs: Vec<f64> = if std::env::var("ONLY").is_ok() { vec![1e-4] } else { vec![1e-4, 1e-6] };
+    for acc in accs {
         let sc = Scene::parse(&text(Some(acc)), &[]).unwrap();
         let mut m = Model::new(&sc, &p, &s.position);
         let mut best = f64::MAX;
@@ -37,6 +40,10 @@ fn main() {
         }
         let off: f64 = (0..n).map(|i| (f.get(i) - exact.get(i)).norm_squared()).sum();
         let all: f64 = (0..n).map(|i| exact.get(i).norm_squared()).sum();
-        println!("{acc:e}: {best:.3} s  x{:.1}  error {:.2e}", direct / best, (off / all).sqrt());
+        println!(
+            "{acc:e}: {best:.3} s  x{:.1}  error {:.2e}",
+            direct / best,
+            (off / all).sqrt()
+        );
     }
 }

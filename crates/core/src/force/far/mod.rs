@@ -2,8 +2,8 @@
 //!
 //! A tree is built afresh from every set of positions. Moments go up from leaves to the root; each cell meets others that
 //! are small for their distance, and what that makes of its local expansion goes down to its particles; neighbouring
-//! leaves meet pair by pair, with the same kernels as everywhere. The order of the expansions is the least that keeps a
-//! sample of the forces at the start within the error that the scene allows. Results depend on positions alone, never
+//! leaves meet pair by pair, with the same laws as everywhere. Order and distance from which cells meet by expansions are
+//! the cheapest that keep a sample of the forces at the start within the error that the scene allows. Results depend on positions alone, never
 //! on threads or instruction sets.
 
 mod expansion;
@@ -34,30 +34,37 @@ use walk::{Meeting, Meetings, Rule, Task, split};
 const FROM: usize = 3000;
 /// Orders that are tried.
 const ORDERS: Range<usize> = 2..13;
+/// How large cells that meet by expansions may be for their distance [-]: what is tried. Expansions converge faster for
+/// small ones, and more pairs are left.
+const OPENINGS: [f64; 5] = [0.7, 0.6, 0.5, 0.4, 0.3];
 /// Parts of the cloud in which the error is sampled.
 const SAMPLES: usize = 12;
 /// The sampled error is at most this share of what is allowed: the cloud changes.
 const SAFETY: f64 = 0.4;
 
 /// Most particles of a leaf: with fewer, expansions cost more than the pairs that they save.
-fn leaf(order: usize) -> usize {
-    order * order / 3 + 8
-}
-
-/// How large cells that meet by expansions may be for their distance [-]: high orders are dear, and converge faster for
-/// small ones.
-fn opening(order: usize) -> f64 {
-    if order < 8 { 0.55 } else { 0.5 }
+fn leaf(accuracy: f64) -> usize {
+    if accuracy < 1e-5 { 96 } else { 64 }
 }
 
 /// The method with its space, kept between calls.
 #[derive(Clone, Debug)]
 pub(crate) struct Far {
     degrees: Degrees,
+    opening: f64,
+    leaf: usize,
     tree: Tree,
     moments: Moments,
     forces: Vec<[f64; 3]>,
     single: Single,
+}
+
+/// Forces on some particles spread over the cloud, and what they cost.
+struct Sample {
+    /// In the order of places [N].
+    forces: Vec<[f64; 3]>,
+    /// In pairs that take as long.
+    cost: f64,
 }
 
 /// A tree with moments, and what is left to be done.
@@ -80,20 +87,36 @@ impl Far {
         if r.len() < FROM || field.groups.is_empty() {
             return None;
         }
+        let mut tree = Tree::default();
+        tree.build(r, leaf(accuracy));
+        let single = Single::new(field, tree.spacing(), accuracy);
         let mut far = Self {
             degrees: Degrees::new(ORDERS.start),
-            tree: Tree::default(),
+            opening: OPENINGS[0],
+            leaf: leaf(accuracy),
+            tree,
             moments: Moments::default(),
             forces: Vec::new(),
-            single: Single::new(field, 1.0, 0.0),
+            single,
         };
-        ORDERS.into_iter().find_map(|order| {
-            far.degrees = Degrees::new(order);
-            far.tree.build(r, leaf(order));
-            far.single = Single::new(field, far.tree.spacing(), accuracy);
-            let error = error(&far.sample(field, true), &far.sample(field, false));
-            (error <= SAFETY * accuracy).then(|| far.clone())
-        })
+        let exact = far.sample(field, false);
+        let mut best = (exact.cost, None);
+        for opening in OPENINGS {
+            for order in ORDERS {
+                (far.degrees, far.opening) = (Degrees::new(order), opening);
+                let sample = far.sample(field, true);
+                if sample.cost >= best.0 {
+                    break;
+                }
+                if error(&sample.forces, &exact.forces) <= SAFETY * accuracy {
+                    best = (sample.cost, Some((order, opening)));
+                    break;
+                }
+            }
+        }
+        let (order, opening) = best.1?;
+        (far.degrees, far.opening) = (Degrees::new(order), opening);
+        Some(far)
     }
 
     /// Order of the expansions.
@@ -103,9 +126,9 @@ impl Far {
 
     /// Adds the forces of all pairs to `force` [N]; returns the number of unordered pairs that met as pairs.
     pub(super) fn forces(&mut self, field: &Field, r: &Columns, force: &mut Columns) -> u64 {
-        let Self { degrees, tree, moments, forces, single } = self;
-        tree.build(r, leaf(degrees.order));
-        let prepared = Prepared::new(field, degrees, tree, moments);
+        let Self { degrees, opening, leaf, tree, moments, forces, single } = self;
+        tree.build(r, *leaf);
+        let prepared = Prepared::new(field, degrees, *opening, tree, moments);
         let near = Near::new(single, tree, single.range);
         forces.resize(r.len(), [0.0; 3]);
         let mut pairs = 0;
@@ -123,18 +146,18 @@ impl Far {
     /// [J].
     pub(super) fn energies(&self, field: &Field, r: &Columns) -> [f64; 3] {
         let (mut tree, mut moments) = (Tree::default(), Moments::default());
-        tree.build(r, leaf(self.degrees.order));
-        let prepared = Prepared::new(field, &self.degrees, &tree, &mut moments);
+        tree.build(r, self.leaf);
+        let prepared = Prepared::new(field, &self.degrees, self.opening, &tree, &mut moments);
         let sorted = field.sorted(|column| tree.sorted(column));
         potential::compose(&sorted, AllEnergies(&prepared))
     }
 
-    /// Forces on some particles spread over the cloud [N]: by expansions, or by pairs alone.
-    fn sample(&mut self, field: &Field, by_expansions: bool) -> Vec<[f64; 3]> {
-        let Self { degrees, tree, moments, single, .. } = self;
-        let prepared = Prepared::new(field, degrees, tree, moments);
+    /// By expansions, or by pairs alone.
+    fn sample(&mut self, field: &Field, by_expansions: bool) -> Sample {
+        let Self { degrees, opening, tree, moments, single, .. } = self;
+        let prepared = Prepared::new(field, degrees, *opening, tree, moments);
         let near = Near::new(single, tree, if by_expansions { single.range } else { Single::NEVER });
-        let mut forces = Vec::new();
+        let mut sample = Sample { forces: Vec::new(), cost: 0.0 };
         let stride = prepared.tasks.len().div_ceil(SAMPLES);
         for task in prepared.tasks.iter().step_by(stride) {
             let mut leaf = task.cell;
@@ -142,13 +165,34 @@ impl Far {
                 leaf = tree.cells[leaf].children().start;
             }
             let count = tree.cells[leaf].len();
-            let mut own = vec![[0.0; 3]; tree.cells[task.cell].len()];
-            let all = (!by_expansions).then(|| everyone(leaf, tree.order.len()));
-            let job = OneTask { prepared: &prepared, near: &near, task, all, forces: &mut own };
+            let (size, n) = (tree.cells[task.cell].len(), tree.order.len());
+            let mut own = vec![[0.0; 3]; size];
+            // Who meets everyone as pairs has nothing from above.
+            let (meetings, parent) = match by_expansions {
+                true => (task.meetings(tree, prepared.rule), task.parent),
+                false => (everyone(leaf, n), None),
+            };
+            let (forces, mut pairs) = (&mut own[..], 0);
+            let job = OneTask {
+                prepared: &prepared,
+                near: &near,
+                task,
+                parent,
+                meetings: &meetings,
+                forces,
+                pairs: &mut pairs,
+            };
             compose_unbounded(&single.field, &near.ordered, job);
-            forces.extend_from_slice(&own[..count]);
+            sample.forces.extend_from_slice(&own[..count]);
+            // All pairs meet once and in 64 bits; leaves meet from both sides.
+            sample.cost += match by_expansions {
+                true => {
+                    near.cost() * pairs as f64 + meetings.far.len() as f64 * degrees.cost() * field.groups.len() as f64
+                }
+                false => 0.5 * Near::FULL * (size * n) as f64,
+            };
         }
-        forces
+        sample
     }
 }
 
@@ -169,12 +213,12 @@ fn error(found: &[[f64; 3]], exact: &[[f64; 3]]) -> f64 {
 }
 
 impl<'a> Prepared<'a> {
-    fn new(field: &'a Field, degrees: &'a Degrees, tree: &'a Tree, moments: &'a mut Moments) -> Self {
+    fn new(field: &'a Field, degrees: &'a Degrees, opening: f64, tree: &'a Tree, moments: &'a mut Moments) -> Self {
         let weights = field.groups.iter().map(|group| group.weight.as_deref().map(|column| tree.sorted(column)));
         moments.fill(degrees, tree, weights.collect());
         // Bonds need pairs.
         let reach = field.binding.as_ref().map_or(0.0, BindingTerm::largest_reach);
-        let rule = Rule { opening: opening(degrees.order), reach };
+        let rule = Rule { opening, reach };
         let (top, tasks) = split(tree, rule);
         let mut prepared = Self { field, degrees, tree, moments, rule, tasks, top, top_local: Vec::new() };
         let mut top_local = Vec::new();
@@ -237,20 +281,17 @@ struct OneTask<'a> {
     prepared: &'a Prepared<'a>,
     near: &'a Near<'a>,
     task: &'a Task,
-    /// What it meets, if that is not what the tree says.
-    all: Option<Meetings>,
+    /// Number of the meeting above.
+    parent: Option<usize>,
+    meetings: &'a Meetings,
     forces: &'a mut [[f64; 3]],
+    pairs: &'a mut u64,
 }
 
 impl Job for OneTask<'_> {
     fn run<L: Law, B: Bond>(self, law: L, bond: B) {
-        let Self { prepared, near, task, all, forces } = self;
-        // Who meets everyone as pairs has nothing from above.
-        let (meetings, parent) = match all {
-            Some(all) => (all, None),
-            None => (task.meetings(prepared.tree, prepared.rule), task.parent),
-        };
-        task_forces(prepared, near, (task, parent), &meetings, forces, (law, bond));
+        let Self { prepared, near, task, parent, meetings, forces, pairs } = self;
+        *pairs = task_forces(prepared, near, (task, parent), meetings, forces, (law, bond));
     }
 }
 
