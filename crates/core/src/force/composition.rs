@@ -237,6 +237,8 @@ impl Law for General<'_> {
 
 /// Binding, or none.
 pub(super) trait Bond: Copy + Sync {
+    /// Whether there is any.
+    const BINDS: bool;
     /// Adds F/s of bonded pairs to a pull [N/m].
     fn add<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, pull: S::F) -> S::F;
 }
@@ -246,6 +248,8 @@ pub(super) trait Bond: Copy + Sync {
 pub(super) struct Free;
 
 impl Bond for Free {
+    const BINDS: bool = false;
+
     #[inline(always)]
     fn add<S: Arithmetic, P: Partners<S>>(self, _: &Pairs<'_, S, P>, pull: S::F) -> S::F {
         pull
@@ -267,6 +271,8 @@ pub(super) struct Bound<'a> {
 }
 
 impl Bond for Bound<'_> {
+    const BINDS: bool = true;
+
     #[inline(always)]
     fn add<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, pull: S::F) -> S::F {
         let simd = pairs.simd;

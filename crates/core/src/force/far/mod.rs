@@ -36,11 +36,18 @@ const FROM: usize = 3000;
 const ORDERS: Range<usize> = 2..13;
 /// How large cells that meet by expansions may be for their distance [-]: what is tried. Expansions converge faster for
 /// small ones, and more pairs are left.
-const OPENINGS: [f64; 5] = [0.7, 0.6, 0.5, 0.4, 0.3];
+const OPENINGS: [f64; 6] = [0.7, 0.65, 0.6, 0.5, 0.4, 0.3];
 /// Parts of the cloud in which the error is sampled.
 const SAMPLES: usize = 12;
 /// The sampled error is at most this share of what is allowed: the cloud changes.
-const SAFETY: f64 = 0.4;
+const SAFETY: f64 = 0.5;
+
+/// Order and opening for energies, to which distant pairs give more than to forces: no less than forces have, and enough
+/// for an error of their absolute values that is allowed of forces (measured).
+fn for_energies(order: usize, opening: f64, accuracy: f64) -> (usize, f64) {
+    let least = (-1.5 * accuracy.log10()).ceil().max(0.0) as usize;
+    (order.max(least).min(ORDERS.end - 1), opening.min(0.5))
+}
 
 /// Most particles of a leaf: with fewer, expansions cost more than the pairs that they save.
 fn leaf(accuracy: f64) -> usize {
@@ -52,6 +59,8 @@ fn leaf(accuracy: f64) -> usize {
 pub(crate) struct Far {
     degrees: Degrees,
     opening: f64,
+    /// Those for energies.
+    energies: (Degrees, f64),
     leaf: usize,
     tree: Tree,
     moments: Moments,
@@ -93,6 +102,7 @@ impl Far {
         let mut far = Self {
             degrees: Degrees::new(ORDERS.start),
             opening: OPENINGS[0],
+            energies: (Degrees::default(), 0.0),
             leaf: leaf(accuracy),
             tree,
             moments: Moments::default(),
@@ -116,6 +126,8 @@ impl Far {
         }
         let (order, opening) = best.1?;
         (far.degrees, far.opening) = (Degrees::new(order), opening);
+        let (order, opening) = for_energies(order, opening, accuracy);
+        far.energies = (Degrees::new(order), opening);
         Some(far)
     }
 
@@ -126,10 +138,10 @@ impl Far {
 
     /// Adds the forces of all pairs to `force` [N]; returns the number of unordered pairs that met as pairs.
     pub(super) fn forces(&mut self, field: &Field, r: &Columns, force: &mut Columns) -> u64 {
-        let Self { degrees, opening, leaf, tree, moments, forces, single } = self;
+        let Self { degrees, opening, leaf, tree, moments, forces, single, .. } = self;
         tree.build(r, *leaf);
         let prepared = Prepared::new(field, degrees, *opening, tree, moments);
-        let near = Near::new(single, tree, single.range);
+        let near = Near::new(single, tree, true);
         forces.resize(r.len(), [0.0; 3]);
         let mut pairs = 0;
         let job = AllTasks { prepared: &prepared, near: &near, forces, pairs: &mut pairs };
@@ -147,7 +159,8 @@ impl Far {
     pub(super) fn energies(&self, field: &Field, r: &Columns) -> [f64; 3] {
         let (mut tree, mut moments) = (Tree::default(), Moments::default());
         tree.build(r, self.leaf);
-        let prepared = Prepared::new(field, &self.degrees, self.opening, &tree, &mut moments);
+        let (degrees, opening) = &self.energies;
+        let prepared = Prepared::new(field, degrees, *opening, &tree, &mut moments);
         let sorted = field.sorted(|column| tree.sorted(column));
         potential::compose(&sorted, AllEnergies(&prepared))
     }
@@ -156,7 +169,7 @@ impl Far {
     fn sample(&mut self, field: &Field, by_expansions: bool) -> Sample {
         let Self { degrees, opening, tree, moments, single, .. } = self;
         let prepared = Prepared::new(field, degrees, *opening, tree, moments);
-        let near = Near::new(single, tree, if by_expansions { single.range } else { Single::NEVER });
+        let near = Near::new(single, tree, by_expansions);
         let mut sample = Sample { forces: Vec::new(), cost: 0.0 };
         let stride = prepared.tasks.len().div_ceil(SAMPLES);
         for task in prepared.tasks.iter().step_by(stride) {

@@ -12,26 +12,21 @@ const LEAST_ERROR: f64 = 1e-6;
 const STEEPEST: f64 = 6.0;
 /// Least weight over the largest.
 const LIGHTEST: f64 = 1e-4;
-/// Squares of distances that are computed with in 32 bits, in squares of the unit.
-const SQUARES: [f64; 2] = [1e-9, 1e9];
 
 /// A near field in units of its own.
 #[derive(Clone, Debug)]
 pub(super) struct Single {
     /// In units of lengths, weights and pulls; its binding is in those of the scene.
     pub(super) field: Field,
-    /// Square of 1 m in units.
-    pub(super) square: f64,
+    /// Unit of lengths [m].
+    pub(super) length: f64,
     /// Unit of pulls [N/m].
     pub(super) pull: f64,
-    /// Squares of distances, in units, between which 32 bits serve.
-    pub(super) range: [f64; 2],
+    /// Whether 32 bits serve.
+    pub(super) serves: bool,
 }
 
 impl Single {
-    /// Nothing is computed in 32 bits.
-    pub(super) const NEVER: [f64; 2] = [f64::INFINITY, 0.0];
-
     /// With a unit of lengths [m], for an error that is allowed.
     pub(super) fn new(field: &Field, length: f64, accuracy: f64) -> Self {
         let scaled = |group: &Group| {
@@ -56,17 +51,11 @@ impl Single {
             && largest.is_normal()
             && (length * length).is_normal();
         if !fits {
-            let composition = field.composition;
-            return Self {
-                field: field.in_units(field.groups.clone(), composition),
-                square: 1.0,
-                pull: 1.0,
-                range: Self::NEVER,
-            };
+            let field = field.in_units(field.groups.clone(), field.composition);
+            return Self { field, length: 1.0, pull: 1.0, serves: false };
         }
         groups.iter_mut().flat_map(|group| &mut group.terms).for_each(|term| term.strength /= largest);
         let composition = Composition::of(&groups, None);
-        let square = 1.0 / (length * length);
-        Self { field: field.in_units(groups, composition), square, pull: largest, range: SQUARES }
+        Self { field: field.in_units(groups, composition), length, pull: largest, serves: true }
     }
 }
