@@ -4,7 +4,7 @@
 //! are those of their scalar twins in `math`.
 
 use crate::math::{EXP_SERIES, LN_SERIES, LN2_HIGH, LN2_LOW, ROUND};
-use crate::simd::{Lanes, Simd};
+use crate::simd::{Bits, Lanes, Simd};
 
 /// x = 2^k m with m in [sqrt(1/2), sqrt(2)), for positive, finite, normal numbers.
 #[inline(always)]
@@ -36,7 +36,7 @@ pub struct LogarithmSum<F> {
     mantissa: F,
 }
 
-impl<F: Lanes> LogarithmSum<F> {
+impl<F: Bits> LogarithmSum<F> {
     /// Of no terms.
     #[inline(always)]
     pub fn new<S: Simd<F = F>>(simd: S) -> Self {

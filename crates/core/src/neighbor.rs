@@ -6,7 +6,7 @@
 //! they fill.
 
 use crate::domain::Periodic;
-use crate::simd::{Eight, Kernel, LANES, Lanes, Simd, dispatch};
+use crate::simd::{Arithmetic, Eight, Kernel, LANES, Lanes, Simd, dispatch};
 use crate::state::Columns;
 use rayon::prelude::*;
 
@@ -249,7 +249,7 @@ impl Kernel for Moved<'_> {
 
 /// Eight numbers from `first` on, zeros behind the last.
 #[inline(always)]
-pub(crate) fn load<S: Simd>(simd: S, column: &[f64], first: usize) -> S::F {
+pub(crate) fn load<S: Arithmetic>(simd: S, column: &[f64], first: usize) -> S::F {
     match column[first..].first_chunk::<LANES>() {
         Some(eight) => simd.load(eight),
         None => {

@@ -171,14 +171,30 @@ pub fn dispatch_at<K: Kernel>(level: Level, kernel: K) -> K::Output {
     kernel.run(Portable)
 }
 
-/// An instruction set that this machine has; makes [`Lanes`].
-pub trait Simd: Copy {
+/// Arithmetic of one precision on an instruction set that this machine has; makes [`Lanes`].
+pub trait Arithmetic: Copy {
     /// Its eight numbers.
     type F: Lanes;
     /// The same number in every lane.
     fn splat(self, x: f64) -> Self::F;
     /// Eight consecutive numbers.
     fn load(self, from: &Eight) -> Self::F;
+    /// Natural logarithm of positive, finite, normal numbers.
+    fn ln(self, x: Self::F) -> Self::F;
+    /// Exponential.
+    fn exp(self, x: Self::F) -> Self::F;
+}
+
+/// Arithmetic of 64 bits, and a way to that of 32 and back.
+pub trait Simd: Arithmetic<F: Bits> {
+    /// Arithmetic of 32 bits.
+    type Single: Arithmetic;
+    /// It.
+    fn single(self) -> Self::Single;
+    /// Rounds to 32 bits.
+    fn narrow(self, x: Self::F) -> <Self::Single as Arithmetic>::F;
+    /// The same numbers in 64 bits.
+    fn widen(self, x: <Self::Single as Arithmetic>::F) -> Self::F;
     /// Eight records of four numbers, as four vectors of their first, second, third and fourth.
     fn transpose(self, records: [&[f64; 4]; LANES]) -> [Self::F; 4];
     /// The same bits in every lane.
@@ -210,18 +226,6 @@ pub trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = S
     fn min(self, other: Self) -> Self;
     /// `self` where it is larger, else `other`.
     fn max(self, other: Self) -> Self;
-    /// Adds as 64-bit integers, wrapping.
-    fn add_bits(self, other: Self) -> Self;
-    /// Subtracts as 64-bit integers, wrapping.
-    fn sub_bits(self, other: Self) -> Self;
-    /// Bits in both.
-    fn and_bits(self, other: Self) -> Self;
-    /// Bits in either.
-    fn or_bits(self, other: Self) -> Self;
-    /// Shifts to lower bits, zeros come in.
-    fn shift_down<const BY: u32>(self) -> Self;
-    /// Shifts to higher bits, zeros come in.
-    fn shift_up<const BY: u32>(self) -> Self;
     /// All lanes, in order.
     #[inline(always)]
     fn to_array(self) -> Eight {
@@ -234,6 +238,22 @@ pub trait Lanes: Copy + Add<Output = Self> + Sub<Output = Self> + Mul<Output = S
     fn sum(self) -> f64 {
         sum(&self.to_array())
     }
+}
+
+/// Eight numbers of 64 bits, as their bits.
+pub trait Bits: Lanes {
+    /// Adds as 64-bit integers, wrapping.
+    fn add_bits(self, other: Self) -> Self;
+    /// Subtracts as 64-bit integers, wrapping.
+    fn sub_bits(self, other: Self) -> Self;
+    /// Bits in both.
+    fn and_bits(self, other: Self) -> Self;
+    /// Bits in either.
+    fn or_bits(self, other: Self) -> Self;
+    /// Shifts to lower bits, zeros come in.
+    fn shift_down<const BY: u32>(self) -> Self;
+    /// Shifts to higher bits, zeros come in.
+    fn shift_up<const BY: u32>(self) -> Self;
 }
 
 /// Lanes to one number, always in this order.

@@ -5,6 +5,7 @@
 mod cloud;
 mod cooling;
 mod effects;
+mod far;
 mod fluid;
 mod measure;
 mod page;
@@ -85,6 +86,7 @@ pub const CASES: &[Case] = &[
     Case { name: "fluid", run: fluid::run },
     Case { name: "cloud", run: cloud::run },
     Case { name: "cooling", run: cooling::run },
+    Case { name: "far", run: far::run },
     Case { name: "effects", run: effects::run },
     Case { name: "threads", run: threads::run },
 ];

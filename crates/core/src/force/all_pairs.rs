@@ -5,7 +5,7 @@
 
 use super::composition::{Bond, Job, Law, Ordered, Pairs, Partners, compose, pull, separation, square_of};
 use super::near_field::Field;
-use crate::simd::{Block, Eight, Kernel, LANES, Lanes, Simd, blocks, dispatch, fill};
+use crate::simd::{Arithmetic, Block, Eight, Kernel, LANES, Lanes, Simd, blocks, dispatch, fill};
 use crate::state::Columns;
 use rayon::prelude::*;
 use std::ops::Range;
@@ -146,7 +146,7 @@ struct Consecutive<'a> {
     weight: Option<&'a Block>,
 }
 
-impl<S: Simd> Partners<S> for Consecutive<'_> {
+impl<S: Arithmetic> Partners<S> for Consecutive<'_> {
     #[inline(always)]
     fn of(&self, simd: S, column: &[f64]) -> S::F {
         crate::neighbor::load(simd, column, self.first)

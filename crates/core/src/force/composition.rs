@@ -2,16 +2,15 @@
 //!
 //! A law gives the pull F/s [N/m], so that pull times r_j - r_i is the force on i. It is symmetric in i and j to the last
 //! bit. The exponents of the paper (1, 2) and of Lennard-Jones (7, 13) have a law of their own, with or without a switch, and
-//! so have one or two real exponents; all others are looked up once per eight pairs.
+//! so have whole ones up to 4 and one or two real ones; all others are looked up once per eight pairs.
 
 use super::near_field::{BindingTerm, Field, Group, Switch};
 use super::power::Power;
 use crate::domain::Periodic;
-use crate::lanes::{exp, ln};
-use crate::simd::{Lanes, Simd};
+use crate::simd::{Arithmetic, Lanes, Simd};
 
 /// The eight partners of a block.
-pub(super) trait Partners<S: Simd> {
+pub(super) trait Partners<S: Arithmetic> {
     /// Their values in a column that is in the order of the kernel.
     fn of(&self, simd: S, column: &[f64]) -> S::F;
     /// Their weights in the first group.
@@ -20,7 +19,7 @@ pub(super) trait Partners<S: Simd> {
 
 /// One particle and its eight partners.
 #[derive(Clone, Copy)]
-pub(super) struct Pairs<'a, S: Simd, P> {
+pub(super) struct Pairs<'a, S: Arithmetic, P> {
     pub(super) simd: S,
     /// The particle, in the order of the kernel.
     pub(super) own: usize,
@@ -31,7 +30,7 @@ pub(super) struct Pairs<'a, S: Simd, P> {
     pub(super) square: S::F,
 }
 
-impl<S: Simd, P: Partners<S>> Pairs<'_, S, P> {
+impl<S: Arithmetic, P: Partners<S>> Pairs<'_, S, P> {
     /// Products of a column's values; the same for (i, j) and (j, i).
     #[inline(always)]
     fn product(&self, column: &[f64]) -> S::F {
@@ -42,7 +41,7 @@ impl<S: Simd, P: Partners<S>> Pairs<'_, S, P> {
 /// The near field inside its cut-off.
 pub(super) trait Law: Copy + Sync {
     /// F/s of eight pairs [N/m].
-    fn pull<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F;
+    fn pull<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F;
 }
 
 /// c_1/s + c_2/s^2.
@@ -51,10 +50,40 @@ pub(super) struct OneTwo(pub(super) [f64; 2]);
 
 impl Law for OneTwo {
     #[inline(always)]
-    fn pull<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
+    fn pull<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
         let simd = pairs.simd;
         let inverse = simd.splat(1.0) / pairs.square.sqrt();
         (simd.splat(self.0[0]) + simd.splat(self.0[1]) * inverse) * (inverse * inverse)
+    }
+}
+
+/// Whole exponents from 1 to 4, in G groups of terms with a weight each.
+#[derive(Clone, Copy)]
+pub(super) struct Whole<'a, const G: usize> {
+    /// Of c_1/s + c_2/s^2 + c_3/s^3 + c_4/s^4.
+    strengths: [[f64; 4]; G],
+    /// Weights of the groups behind the first, in the order of the kernel; `None`: 1.
+    weights: [Option<&'a [f64]>; G],
+}
+
+impl<const G: usize> Law for Whole<'_, G> {
+    #[inline(always)]
+    fn pull<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
+        let simd = pairs.simd;
+        let inverse = simd.splat(1.0) / pairs.square.sqrt();
+        let mut sum = simd.splat(0.0);
+        for g in 0..G {
+            let [one, two, three, four] = self.strengths[g];
+            let steep = simd.splat(three) + simd.splat(four) * inverse;
+            let mut of_group = simd.splat(one) + (simd.splat(two) + steep * inverse) * inverse;
+            if g == 0 {
+                of_group = of_group * (pairs.partners.weight(simd) * pairs.own_weight);
+            } else if let Some(weight) = self.weights[g] {
+                of_group = of_group * pairs.product(weight);
+            }
+            sum = sum + of_group;
+        }
+        sum * (inverse * inverse)
     }
 }
 
@@ -64,7 +93,7 @@ pub(super) struct SevenThirteen(pub(super) [f64; 2]);
 
 impl Law for SevenThirteen {
     #[inline(always)]
-    fn pull<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
+    fn pull<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
         let simd = pairs.simd;
         let inverse = simd.splat(1.0) / pairs.square;
         let sixth = inverse * inverse * inverse;
@@ -82,12 +111,12 @@ pub(super) struct Real<const N: usize> {
 
 impl<const N: usize> Law for Real<N> {
     #[inline(always)]
-    fn pull<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
+    fn pull<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
         let simd = pairs.simd;
-        let logarithm = ln(simd, pairs.square);
+        let logarithm = simd.ln(pairs.square);
         let mut sum = simd.splat(0.0);
         for k in 0..N {
-            sum = sum + simd.splat(self.strengths[k]) * exp(simd, simd.splat(self.factors[k]) * logarithm);
+            sum = sum + simd.splat(self.strengths[k]) * simd.exp(simd.splat(self.factors[k]) * logarithm);
         }
         sum
     }
@@ -96,20 +125,20 @@ impl<const N: usize> Law for Real<N> {
 /// A law whose potential a switch can take to zero.
 pub(super) trait Switchable: Law {
     /// Potential of eight pairs from 1/s, without its shift [J].
-    fn potential<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, inverse: S::F) -> S::F;
+    fn potential<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, inverse: S::F) -> S::F;
 }
 
 impl Switchable for OneTwo {
     #[inline(always)]
-    fn potential<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, inverse: S::F) -> S::F {
+    fn potential<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, inverse: S::F) -> S::F {
         let simd = pairs.simd;
-        simd.splat(0.5 * self.0[0]) * ln(simd, pairs.square) - simd.splat(self.0[1]) * inverse
+        simd.splat(0.5 * self.0[0]) * simd.ln(pairs.square) - simd.splat(self.0[1]) * inverse
     }
 }
 
 impl Switchable for SevenThirteen {
     #[inline(always)]
-    fn potential<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, inverse: S::F) -> S::F {
+    fn potential<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, inverse: S::F) -> S::F {
         let simd = pairs.simd;
         let square = inverse * inverse;
         let sixth = square * square * square;
@@ -126,9 +155,17 @@ pub(super) struct Switched<L> {
     shift: f64,
 }
 
+impl<L> Switched<L> {
+    /// A law with the switch of a field, if it has one.
+    fn of(field: &Field, law: L) -> Option<Self> {
+        let terms = field.groups.iter().flat_map(|group| &group.terms);
+        field.switch.map(|switch| Self { law, switch, shift: terms.map(|term| term.strength * term.shift).sum() })
+    }
+}
+
 impl<L: Switchable> Law for Switched<L> {
     #[inline(always)]
-    fn pull<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
+    fn pull<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
         let Self { law, switch, shift } = self;
         let (simd, pull) = (pairs.simd, law.pull(pairs));
         // Below it the switch is 1 and its slope 0, exactly.
@@ -141,13 +178,14 @@ impl<L: Switchable> Law for Switched<L> {
     }
 }
 
-/// Another law times the weights of the first group.
+/// Another law times the weights of the first group, which are 1 where it has none: every law that is compiled both with
+/// and without costs compile time, so only the paper's is.
 #[derive(Clone, Copy)]
 pub(super) struct Weighted<L>(pub(super) L);
 
 impl<L: Law> Law for Weighted<L> {
     #[inline(always)]
-    fn pull<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
+    fn pull<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
         self.0.pull(pairs) * (pairs.partners.weight(pairs.simd) * pairs.own_weight)
     }
 }
@@ -165,11 +203,11 @@ pub(super) struct General<'a> {
 
 impl Law for General<'_> {
     #[inline(always)]
-    fn pull<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
+    fn pull<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
         let simd = pairs.simd;
         let zero = simd.splat(0.0);
         let inverse = simd.splat(1.0) / pairs.square.sqrt();
-        let logarithm = if self.logarithm { ln(simd, pairs.square) } else { zero };
+        let logarithm = if self.logarithm { simd.ln(pairs.square) } else { zero };
         let (mut force, mut potential) = (zero, zero);
         for g in 0..self.groups.len().min(self.weights.len()) {
             let (group, weights) = (&self.groups[g], &self.weights[g]);
@@ -199,8 +237,10 @@ impl Law for General<'_> {
 
 /// Binding, or none.
 pub(super) trait Bond: Copy + Sync {
+    /// Whether there is any.
+    const BINDS: bool;
     /// Adds F/s of bonded pairs to a pull [N/m].
-    fn add<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, pull: S::F) -> S::F;
+    fn add<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, pull: S::F) -> S::F;
 }
 
 /// No binding.
@@ -208,8 +248,10 @@ pub(super) trait Bond: Copy + Sync {
 pub(super) struct Free;
 
 impl Bond for Free {
+    const BINDS: bool = false;
+
     #[inline(always)]
-    fn add<S: Simd, P: Partners<S>>(self, _: &Pairs<'_, S, P>, pull: S::F) -> S::F {
+    fn add<S: Arithmetic, P: Partners<S>>(self, _: &Pairs<'_, S, P>, pull: S::F) -> S::F {
         pull
     }
 }
@@ -229,8 +271,10 @@ pub(super) struct Bound<'a> {
 }
 
 impl Bond for Bound<'_> {
+    const BINDS: bool = true;
+
     #[inline(always)]
-    fn add<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, pull: S::F) -> S::F {
+    fn add<S: Arithmetic, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, pull: S::F) -> S::F {
         let simd = pairs.simd;
         let near = pairs.square.le(simd.splat(self.largest));
         if !S::F::any(near) {
@@ -245,7 +289,7 @@ impl Bond for Bound<'_> {
             }
         };
         let inverse = simd.splat(1.0) / pairs.square.sqrt();
-        let logarithm = if self.power.needs_logarithm() { ln(simd, pairs.square) } else { inverse };
+        let logarithm = if self.power.needs_logarithm() { simd.ln(pairs.square) } else { inverse };
         let mut force = simd.splat(self.strength) * self.power.lanes(simd, logarithm, inverse);
         if let Some(weight) = self.weight {
             force = force * pairs.product(weight);
@@ -291,6 +335,8 @@ impl Ordered {
 pub(crate) enum Composition {
     OneTwo([f64; 2]),
     SevenThirteen([f64; 2]),
+    /// Strengths of the exponents 1 to 4 of one or two groups.
+    Whole([[f64; 4]; 2]),
     /// Strengths and exponents of one or two terms.
     Real([f64; 2], [f64; 2]),
     General,
@@ -298,18 +344,21 @@ pub(crate) enum Composition {
 
 impl Composition {
     pub(super) fn of(groups: &[Group], switch: Option<Switch>) -> Self {
-        let [group] = groups else { return Self::General };
-        let strengths = |exponents: [f64; 2]| {
-            let known = group.terms.iter().all(|term| exponents.contains(&term.power.exponent));
-            let strength = |exponent: f64| {
-                let terms = group.terms.iter().filter(|term| term.power.exponent == exponent);
-                terms.map(|term| term.strength).sum::<f64>()
-            };
-            known.then(|| exponents.map(strength))
+        let whole = [1.0, 2.0, 3.0, 4.0];
+        let group = match groups {
+            [group] => group,
+            [one, two] if switch.is_none() => {
+                let strengths = strengths(one, whole).zip(strengths(two, whole));
+                return strengths.map_or(Self::General, |(one, two)| Self::Whole([one, two]));
+            }
+            _ => return Self::General,
         };
-        match (strengths([1.0, 2.0]), strengths([7.0, 13.0]), group.terms.as_slice()) {
+        match (strengths(group, [1.0, 2.0]), strengths(group, [7.0, 13.0]), group.terms.as_slice()) {
             (Some(strengths), ..) => Self::OneTwo(strengths),
             (_, Some(strengths), _) if group.weight.is_none() => Self::SevenThirteen(strengths),
+            _ if switch.is_none() && strengths(group, whole).is_some() => {
+                Self::Whole([strengths(group, whole).unwrap_or_default(), [0.0; 4]])
+            }
             (_, _, [one, rest @ ..]) if switch.is_none() && rest.len() < 2 && one.power.needs_logarithm() => {
                 let two = rest.first().map_or((0.0, 0.0), |two| (two.strength, two.power.exponent));
                 Self::Real([one.strength, two.0], [one.power.exponent, two.1])
@@ -319,46 +368,66 @@ impl Composition {
     }
 }
 
+/// Strengths of some exponents; `None` where a group has others too.
+fn strengths<const N: usize>(group: &Group, exponents: [f64; N]) -> Option<[f64; N]> {
+    let known = group.terms.iter().all(|term| exponents.contains(&term.power.exponent));
+    let strength = |exponent: f64| {
+        let terms = group.terms.iter().filter(|term| term.power.exponent == exponent);
+        terms.map(|term| term.strength).sum::<f64>()
+    };
+    known.then(|| exponents.map(strength))
+}
+
 /// Does a job with the law of a field, the only place that looks at what the law is.
 pub(super) fn compose(field: &Field, ordered: &Ordered, job: impl Job) {
     match field.composition {
-        Composition::OneTwo(strengths) => switched(field, ordered, OneTwo(strengths), job),
-        Composition::SevenThirteen(strengths) => switched(field, ordered, SevenThirteen(strengths), job),
+        Composition::OneTwo(strengths) => match (Switched::of(field, OneTwo(strengths)), ordered.first()) {
+            (None, None) => bind(field, ordered, OneTwo(strengths), job),
+            (None, Some(_)) => bind(field, ordered, Weighted(OneTwo(strengths)), job),
+            (Some(law), _) => bind(field, ordered, Weighted(law), job),
+        },
+        // These have no weights.
+        Composition::SevenThirteen(strengths) => match Switched::of(field, SevenThirteen(strengths)) {
+            None => bind(field, ordered, SevenThirteen(strengths), job),
+            Some(law) => bind(field, ordered, law, job),
+        },
+        Composition::Whole(strengths) => whole(field, ordered, strengths, job),
         Composition::Real([strength, _], [exponent, _]) if field.groups[0].terms.len() == 1 => {
-            weigh(field, ordered, Real { strengths: [strength], factors: [-0.5 * (exponent + 1.0)] }, job)
+            let law = Real { strengths: [strength], factors: [-0.5 * (exponent + 1.0)] };
+            bind(field, ordered, Weighted(law), job)
         }
         Composition::Real(strengths, exponents) => {
-            weigh(field, ordered, Real { strengths, factors: exponents.map(|beta| -0.5 * (beta + 1.0)) }, job)
+            let law = Real { strengths, factors: exponents.map(|beta| -0.5 * (beta + 1.0)) };
+            bind(field, ordered, Weighted(law), job)
         }
-        Composition::General => {
-            let (groups, switch) = (&field.groups, field.switch);
-            let needs = |power: &Power| match switch {
-                Some(_) => power.potential_needs_logarithm(),
-                None => power.needs_logarithm(),
-            };
-            let logarithm = groups.iter().flat_map(|group| &group.terms).any(|term| needs(&term.power));
-            let law = General { groups, weights: &ordered.weights, switch, logarithm };
-            bind(field, ordered, law, job);
-        }
+        Composition::General => general(field, ordered, job),
     }
 }
 
-fn switched(field: &Field, ordered: &Ordered, law: impl Switchable, job: impl Job) {
-    match field.switch {
-        None => weigh(field, ordered, law, job),
-        Some(switch) => {
-            let terms = field.groups.iter().flat_map(|group| &group.terms);
-            let shift = terms.map(|term| term.strength * term.shift).sum();
-            weigh(field, ordered, Switched { law, switch, shift }, job);
-        }
+/// The same where distances have no end: fewer laws, each for any precision.
+pub(super) fn compose_unbounded(field: &Field, ordered: &Ordered, job: impl Job) {
+    match field.composition {
+        Composition::OneTwo(strengths) => bind(field, ordered, Weighted(OneTwo(strengths)), job),
+        Composition::Whole(strengths) => whole(field, ordered, strengths, job),
+        _ => general(field, ordered, job),
     }
 }
 
-fn weigh(field: &Field, ordered: &Ordered, law: impl Law, job: impl Job) {
-    match ordered.first() {
-        None => bind(field, ordered, law, job),
-        Some(_) => bind(field, ordered, Weighted(law), job),
+fn whole(field: &Field, ordered: &Ordered, strengths: [[f64; 4]; 2], job: impl Job) {
+    match ordered.weights.as_slice() {
+        [_, second] => bind(field, ordered, Whole { strengths, weights: [None, second.as_deref()] }, job),
+        _ => bind(field, ordered, Whole { strengths: [strengths[0]], weights: [None] }, job),
     }
+}
+
+fn general(field: &Field, ordered: &Ordered, job: impl Job) {
+    let (groups, switch) = (&field.groups, field.switch);
+    let needs = |power: &Power| match switch {
+        Some(_) => power.potential_needs_logarithm(),
+        None => power.needs_logarithm(),
+    };
+    let logarithm = groups.iter().flat_map(|group| &group.terms).any(|term| needs(&term.power));
+    bind(field, ordered, General { groups, weights: &ordered.weights, switch, logarithm }, job);
 }
 
 fn bind(field: &Field, ordered: &Ordered, law: impl Law, job: impl Job) {
@@ -394,7 +463,7 @@ pub(super) fn separation<S: Simd>(simd: S, periodic: &Periodic, any: bool, d: [S
 
 /// The pull of eight pairs, near field inside its cut-off and binding.
 #[inline(always)]
-pub(super) fn pull<S: Simd, P: Partners<S>>(
+pub(super) fn pull<S: Arithmetic, P: Partners<S>>(
     law: impl Law,
     bond: impl Bond,
     reach: S::F,

@@ -6,7 +6,7 @@
 use super::composition::{Bond, Job, Law, Ordered, Pairs, Partners, compose, pull, separation, square_of};
 use super::near_field::Field;
 use crate::neighbor::{NeighborList, Rows, TASK};
-use crate::simd::{Block, Eight, Kernel, LANES, Lanes, Simd, dispatch};
+use crate::simd::{Arithmetic, Block, Eight, Kernel, LANES, Lanes, Simd, dispatch};
 use crate::state::Columns;
 use rayon::prelude::*;
 
@@ -143,7 +143,7 @@ struct Places<'a> {
     weight: &'a Block,
 }
 
-impl<S: Simd> Partners<S> for Places<'_> {
+impl<S: Arithmetic> Partners<S> for Places<'_> {
     #[inline(always)]
     fn of(&self, simd: S, column: &[f64]) -> S::F {
         let mut values = [0.0; LANES];

@@ -13,7 +13,7 @@ use crate::domain::Periodic;
 use crate::frame;
 use crate::neighbor::Neighbors;
 use crate::scene::{self, ModelKind, Scene, Weight};
-use crate::simd::{Lanes, Simd};
+use crate::simd::{Arithmetic, Lanes};
 use crate::state::{Columns, Particles};
 
 /// One power-law term of the near field.
@@ -106,7 +106,7 @@ impl Switch {
 
     /// The same for eight distances.
     #[inline(always)]
-    pub(crate) fn lanes<S: Simd>(&self, simd: S, s: S::F) -> (S::F, S::F) {
+    pub(crate) fn lanes<S: Arithmetic>(&self, simd: S, s: S::F) -> (S::F, S::F) {
         let splat = |x: f64| simd.splat(x);
         let width = splat(self.to - self.from);
         let x = ((s - splat(self.from)) / width).max(splat(0.0)).min(splat(1.0));
@@ -297,6 +297,18 @@ impl Field {
         Self {
             groups: self.groups.iter().map(group).collect(),
             binding,
+            neighbors: Neighbors::All,
+            work: Work::Listed(Listed::default()),
+            ..*self
+        }
+    }
+
+    /// A near field of other numbers with the same binding, without lists.
+    pub(crate) fn in_units(&self, groups: Vec<Group>, composition: Composition) -> Self {
+        Self {
+            groups,
+            composition,
+            binding: self.binding.clone(),
             neighbors: Neighbors::All,
             work: Work::Listed(Listed::default()),
             ..*self

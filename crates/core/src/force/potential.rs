@@ -7,7 +7,7 @@ use super::composition::{Composition, square_of};
 use super::near_field::{BindingTerm, Field, Group, Switch};
 use super::power::Power;
 use crate::lanes::{LogarithmSum, ln};
-use crate::simd::{Lanes, Simd};
+use crate::simd::{Bits, Lanes, Simd};
 
 /// Up to eight partners.
 pub(super) trait Partners<S: Simd> {

@@ -3,9 +3,8 @@
 //! P(beta) = s^(1 - beta) / (1 - beta), and ln s for beta = 1 (where the paper's (5) divides by zero), is the potential
 //! whose slope is s^-beta. Whole and half exponents up to 32 are chains of products, all others go through exp and ln.
 
-use crate::lanes;
 use crate::math;
-use crate::simd::{Lanes, Simd};
+use crate::simd::{Arithmetic, Lanes};
 
 /// A power law s^-beta with one of the known ways to evaluate it.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,7 +52,7 @@ impl Power {
 
     /// s^-beta from ln s^2, if [`Power::needs_logarithm`], and 1/s.
     #[inline(always)]
-    pub(crate) fn lanes<S: Simd>(&self, simd: S, logarithm: S::F, q: S::F) -> S::F {
+    pub(crate) fn lanes<S: Arithmetic>(&self, simd: S, logarithm: S::F, q: S::F) -> S::F {
         match self.kind {
             Kind::Chain { mut whole, half } => {
                 let mut product = if half { q.sqrt() } else { simd.splat(1.0) };
@@ -67,13 +66,13 @@ impl Power {
                 }
                 product
             }
-            Kind::Real => lanes::exp(simd, simd.splat(-0.5 * self.exponent) * logarithm),
+            Kind::Real => simd.exp(simd.splat(-0.5 * self.exponent) * logarithm),
         }
     }
 
     /// P(beta) from s^2, ln s^2 if beta = 1, 1/s and s^-beta.
     #[inline(always)]
-    pub(crate) fn potential_lanes<S: Simd>(
+    pub(crate) fn potential_lanes<S: Arithmetic>(
         &self,
         simd: S,
         square: S::F,

@@ -34,6 +34,8 @@ fn every_instruction_set_gives_the_same_bits() {
         for (exponents, more, charge, weight) in [
             ((1.0, 2.0), "", "", "mass-product"),
             ((7.0, 13.0), "", "", "none"),
+            ((1.0, 3.0), "", "", "mass-product"),
+            ((2.0, 4.0), "", r#", "charge": [1e-3, -2e-3]"#, "charge-product"),
             ((1.0, 2.3), r#", "switch_from": 0.3"#, "", "mass-product"),
             ((1.5, 2.0), "", r#", "charge": [1e-3, -2e-3]"#, "charge-product"),
         ] {

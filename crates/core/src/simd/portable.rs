@@ -1,19 +1,52 @@
 //! Eight lanes in plain code, for every machine.
 
-use super::{Eight, LANES, Lanes, Simd};
+use super::{Arithmetic, Bits, Eight, LANES, Lanes, Simd};
+use crate::lanes;
 use std::ops::{Add, Div, Mul, Sub};
 
 /// Plain code.
 #[derive(Clone, Copy, Debug)]
 pub struct Portable;
+/// Plain code for 32 bits.
+#[derive(Clone, Copy, Debug)]
+pub struct PortableSingle;
 
 /// Eight numbers in plain code.
 #[derive(Clone, Copy, Debug)]
-pub struct PortableLanes(Eight);
+pub struct PortableLanes<T>([T; LANES]);
 
-impl PortableLanes {
+/// A number of 64 or 32 bits.
+pub trait Number:
+    Copy
+    + Default
+    + PartialOrd
+    + Into<f64>
+    + Add<Output = Self>
+    + Sub<Output = Self>
+    + Mul<Output = Self>
+    + Div<Output = Self>
+{
+    /// Square root.
+    fn root(self) -> Self;
+}
+
+impl Number for f64 {
     #[inline(always)]
-    fn map(mut self, f: impl Fn(f64) -> f64) -> Self {
+    fn root(self) -> Self {
+        self.sqrt()
+    }
+}
+
+impl Number for f32 {
+    #[inline(always)]
+    fn root(self) -> Self {
+        self.sqrt()
+    }
+}
+
+impl<T: Number> PortableLanes<T> {
+    #[inline(always)]
+    fn map(mut self, f: impl Fn(T) -> T) -> Self {
         for k in 0..LANES {
             self.0[k] = f(self.0[k]);
         }
@@ -21,34 +54,69 @@ impl PortableLanes {
     }
 
     #[inline(always)]
-    fn zip(mut self, other: Self, f: impl Fn(f64, f64) -> f64) -> Self {
+    fn zip(mut self, other: Self, f: impl Fn(T, T) -> T) -> Self {
         for k in 0..LANES {
             self.0[k] = f(self.0[k], other.0[k]);
         }
         self
     }
+}
 
+impl PortableLanes<f64> {
     #[inline(always)]
     fn zip_bits(self, other: Self, f: impl Fn(u64, u64) -> u64) -> Self {
         self.zip(other, |a, b| f64::from_bits(f(a.to_bits(), b.to_bits())))
     }
 }
 
-impl Simd for Portable {
-    type F = PortableLanes;
+impl Arithmetic for Portable {
+    type F = PortableLanes<f64>;
 
     #[inline(always)]
-    fn splat(self, x: f64) -> PortableLanes {
+    fn splat(self, x: f64) -> PortableLanes<f64> {
         PortableLanes([x; LANES])
     }
 
     #[inline(always)]
-    fn load(self, from: &Eight) -> PortableLanes {
+    fn load(self, from: &Eight) -> PortableLanes<f64> {
         PortableLanes(*from)
     }
 
     #[inline(always)]
-    fn transpose(self, records: [&[f64; 4]; LANES]) -> [PortableLanes; 4] {
+    fn ln(self, x: PortableLanes<f64>) -> PortableLanes<f64> {
+        lanes::ln(self, x)
+    }
+
+    #[inline(always)]
+    fn exp(self, x: PortableLanes<f64>) -> PortableLanes<f64> {
+        lanes::exp(self, x)
+    }
+}
+
+impl Simd for Portable {
+    type Single = PortableSingle;
+
+    #[inline(always)]
+    fn single(self) -> PortableSingle {
+        PortableSingle
+    }
+
+    #[inline(always)]
+    fn narrow(self, x: PortableLanes<f64>) -> PortableLanes<f32> {
+        let mut narrow = [0.0; LANES];
+        for k in 0..LANES {
+            narrow[k] = x.0[k] as f32;
+        }
+        PortableLanes(narrow)
+    }
+
+    #[inline(always)]
+    fn widen(self, x: PortableLanes<f32>) -> PortableLanes<f64> {
+        PortableLanes(x.to_array())
+    }
+
+    #[inline(always)]
+    fn transpose(self, records: [&[f64; 4]; LANES]) -> [PortableLanes<f64>; 4] {
         let mut columns = [PortableLanes([0.0; LANES]); 4];
         for k in 0..LANES {
             for (column, value) in columns.iter_mut().zip(records[k]) {
@@ -59,24 +127,58 @@ impl Simd for Portable {
     }
 }
 
-operators! { PortableLanes,
-    Add add = |a, b| a.zip(b, |a, b| a + b);
-    Sub sub = |a, b| a.zip(b, |a, b| a - b);
-    Mul mul = |a, b| a.zip(b, |a, b| a * b);
-    Div div = |a, b| a.zip(b, |a, b| a / b);
+impl Arithmetic for PortableSingle {
+    type F = PortableLanes<f32>;
+
+    #[inline(always)]
+    fn splat(self, x: f64) -> PortableLanes<f32> {
+        PortableLanes([x as f32; LANES])
+    }
+
+    #[inline(always)]
+    fn load(self, from: &Eight) -> PortableLanes<f32> {
+        Portable.narrow(Portable.load(from))
+    }
+
+    #[inline(always)]
+    fn ln(self, x: PortableLanes<f32>) -> PortableLanes<f32> {
+        Portable.narrow(Portable.ln(Portable.widen(x)))
+    }
+
+    #[inline(always)]
+    fn exp(self, x: PortableLanes<f32>) -> PortableLanes<f32> {
+        Portable.narrow(Portable.exp(Portable.widen(x)))
+    }
 }
 
-impl Lanes for PortableLanes {
+/// Operators that are those of the numbers.
+macro_rules! each {
+    ($($operator:ident $function:ident $symbol:tt)*) => {
+        $(impl<T: Number> $operator for PortableLanes<T> {
+            type Output = Self;
+
+            #[inline(always)]
+            fn $function(self, other: Self) -> Self {
+                self.zip(other, |a, b| a $symbol b)
+            }
+        })*
+    };
+}
+each! { Add add + Sub sub - Mul mul * Div div / }
+
+impl<T: Number> Lanes for PortableLanes<T> {
     type Mask = [bool; LANES];
 
     #[inline(always)]
     fn store(self, to: &mut Eight) {
-        *to = self.0;
+        for k in 0..LANES {
+            to[k] = self.0[k].into();
+        }
     }
 
     #[inline(always)]
     fn sqrt(self) -> Self {
-        self.map(f64::sqrt)
+        self.map(T::root)
     }
 
     #[inline(always)]
@@ -90,7 +192,7 @@ impl Lanes for PortableLanes {
 
     #[inline(always)]
     fn keep(self, mask: [bool; LANES]) -> Self {
-        self.select(mask, Self([0.0; LANES]))
+        self.select(mask, Self([T::default(); LANES]))
     }
 
     #[inline(always)]
@@ -124,7 +226,9 @@ impl Lanes for PortableLanes {
     fn max(self, other: Self) -> Self {
         self.zip(other, |a, b| if a > b { a } else { b })
     }
+}
 
+impl Bits for PortableLanes<f64> {
     #[inline(always)]
     fn add_bits(self, other: Self) -> Self {
         self.zip_bits(other, u64::wrapping_add)

@@ -1,7 +1,8 @@
 //! Eight lanes on AVX2 and AVX-512. Values of these types exist only where `dispatch_at` has found the instruction set,
 //! which makes their use safe.
 
-use super::{Eight, LANES, Lanes, Simd};
+use super::{Arithmetic, Bits, Eight, LANES, Lanes, Simd};
+use crate::lanes;
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
 
@@ -49,7 +50,7 @@ unsafe fn transpose_four(r: [&[f64; 4]; 4]) -> [__m256d; 4] {
 // SAFETY of all blocks below: a value of the type, or its proof, is there, hence the instruction set; loads and stores
 // are unaligned and stay within the array.
 
-impl Simd for Avx2 {
+impl Arithmetic for Avx2 {
     type F = Double;
 
     #[inline(always)]
@@ -60,6 +61,37 @@ impl Simd for Avx2 {
     #[inline(always)]
     fn load(self, from: &Eight) -> Double {
         unsafe { Double(_mm256_loadu_pd(from.as_ptr()), _mm256_loadu_pd(from.as_ptr().add(4))) }
+    }
+
+    #[inline(always)]
+    fn ln(self, x: Double) -> Double {
+        lanes::ln(self, x)
+    }
+
+    #[inline(always)]
+    fn exp(self, x: Double) -> Double {
+        lanes::exp(self, x)
+    }
+}
+
+impl Simd for Avx2 {
+    type Single = Single<Avx2>;
+
+    #[inline(always)]
+    fn single(self) -> Single<Avx2> {
+        Single(self)
+    }
+
+    #[inline(always)]
+    fn narrow(self, x: Double) -> Narrow {
+        unsafe { Narrow(_mm256_set_m128(_mm256_cvtpd_ps(x.1), _mm256_cvtpd_ps(x.0))) }
+    }
+
+    #[inline(always)]
+    fn widen(self, x: Narrow) -> Double {
+        unsafe {
+            Double(_mm256_cvtps_pd(_mm256_castps256_ps128(x.0)), _mm256_cvtps_pd(_mm256_extractf128_ps::<1>(x.0)))
+        }
     }
 
     #[inline(always)]
@@ -150,7 +182,9 @@ impl Lanes for Double {
     fn max(self, other: Self) -> Self {
         halves!(_mm256_max_pd, self, other)
     }
+}
 
+impl Bits for Double {
     #[inline(always)]
     fn add_bits(self, other: Self) -> Self {
         integers!(_mm256_add_epi64, self, _mm256_castpd_si256(other.0), _mm256_castpd_si256(other.1))
@@ -182,7 +216,7 @@ impl Lanes for Double {
     }
 }
 
-impl Simd for Avx512 {
+impl Arithmetic for Avx512 {
     type F = Wide;
 
     #[inline(always)]
@@ -193,6 +227,35 @@ impl Simd for Avx512 {
     #[inline(always)]
     fn load(self, from: &Eight) -> Wide {
         unsafe { Wide(_mm512_loadu_pd(from.as_ptr())) }
+    }
+
+    #[inline(always)]
+    fn ln(self, x: Wide) -> Wide {
+        lanes::ln(self, x)
+    }
+
+    #[inline(always)]
+    fn exp(self, x: Wide) -> Wide {
+        lanes::exp(self, x)
+    }
+}
+
+impl Simd for Avx512 {
+    type Single = Single<Avx512>;
+
+    #[inline(always)]
+    fn single(self) -> Single<Avx512> {
+        Single(self)
+    }
+
+    #[inline(always)]
+    fn narrow(self, x: Wide) -> Narrow {
+        unsafe { Narrow(_mm512_cvtpd_ps(x.0)) }
+    }
+
+    #[inline(always)]
+    fn widen(self, x: Narrow) -> Wide {
+        unsafe { Wide(_mm512_cvtps_pd(x.0)) }
     }
 
     #[inline(always)]
@@ -276,7 +339,9 @@ impl Lanes for Wide {
     fn max(self, other: Self) -> Self {
         unsafe { Wide(_mm512_max_pd(self.0, other.0)) }
     }
+}
 
+impl Bits for Wide {
     #[inline(always)]
     fn add_bits(self, other: Self) -> Self {
         unsafe { Self::of(_mm512_add_epi64(self.integers(), other.integers())) }
@@ -305,5 +370,95 @@ impl Lanes for Wide {
     #[inline(always)]
     fn shift_up<const BY: u32>(self) -> Self {
         unsafe { Self::of(_mm512_slli_epi64::<BY>(self.integers())) }
+    }
+}
+
+/// Arithmetic of 32 bits, with proof that AVX2 is there.
+#[derive(Clone, Copy)]
+pub struct Single<S>(S);
+/// Eight numbers of 32 bits in one register of 256.
+#[derive(Clone, Copy)]
+pub struct Narrow(__m256);
+
+impl<S: Simd<Single = Self>> Arithmetic for Single<S> {
+    type F = Narrow;
+
+    #[inline(always)]
+    fn splat(self, x: f64) -> Narrow {
+        unsafe { Narrow(_mm256_set1_ps(x as f32)) }
+    }
+
+    #[inline(always)]
+    fn load(self, from: &Eight) -> Narrow {
+        self.0.narrow(self.0.load(from))
+    }
+
+    #[inline(always)]
+    fn ln(self, x: Narrow) -> Narrow {
+        self.0.narrow(self.0.ln(self.0.widen(x)))
+    }
+
+    #[inline(always)]
+    fn exp(self, x: Narrow) -> Narrow {
+        self.0.narrow(self.0.exp(self.0.widen(x)))
+    }
+}
+
+operators! { Narrow,
+    Add add = |a, b| unsafe { Narrow(_mm256_add_ps(a.0, b.0)) };
+    Sub sub = |a, b| unsafe { Narrow(_mm256_sub_ps(a.0, b.0)) };
+    Mul mul = |a, b| unsafe { Narrow(_mm256_mul_ps(a.0, b.0)) };
+    Div div = |a, b| unsafe { Narrow(_mm256_div_ps(a.0, b.0)) };
+}
+
+impl Lanes for Narrow {
+    type Mask = __m256;
+
+    #[inline(always)]
+    fn store(self, to: &mut Eight) {
+        unsafe {
+            _mm256_storeu_pd(to.as_mut_ptr(), _mm256_cvtps_pd(_mm256_castps256_ps128(self.0)));
+            _mm256_storeu_pd(to.as_mut_ptr().add(4), _mm256_cvtps_pd(_mm256_extractf128_ps::<1>(self.0)));
+        }
+    }
+
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        unsafe { Narrow(_mm256_sqrt_ps(self.0)) }
+    }
+
+    #[inline(always)]
+    fn le(self, other: Self) -> __m256 {
+        unsafe { _mm256_cmp_ps::<_CMP_LE_OQ>(self.0, other.0) }
+    }
+
+    #[inline(always)]
+    fn keep(self, mask: __m256) -> Self {
+        unsafe { Narrow(_mm256_and_ps(self.0, mask)) }
+    }
+
+    #[inline(always)]
+    fn select(self, mask: __m256, other: Self) -> Self {
+        unsafe { Narrow(_mm256_blendv_ps(other.0, self.0, mask)) }
+    }
+
+    #[inline(always)]
+    fn any(mask: __m256) -> bool {
+        unsafe { _mm256_movemask_ps(mask) != 0 }
+    }
+
+    #[inline(always)]
+    fn bitmask(mask: __m256) -> u32 {
+        unsafe { _mm256_movemask_ps(mask) as u32 }
+    }
+
+    #[inline(always)]
+    fn min(self, other: Self) -> Self {
+        unsafe { Narrow(_mm256_min_ps(self.0, other.0)) }
+    }
+
+    #[inline(always)]
+    fn max(self, other: Self) -> Self {
+        unsafe { Narrow(_mm256_max_ps(self.0, other.0)) }
     }
 }

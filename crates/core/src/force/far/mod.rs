@@ -2,27 +2,29 @@
 //!
 //! A tree is built afresh from every set of positions. Moments go up from leaves to the root; each cell meets others that
 //! are small for their distance, and what that makes of its local expansion goes down to its particles; neighbouring
-//! leaves meet pair by pair, with the same kernels as everywhere. The order of the expansions is the least that keeps a
-//! sample of the forces at the start within the error that the scene allows. Results depend on positions alone, never
+//! leaves meet pair by pair, with the same laws as everywhere. Order and distance from which cells meet by expansions are
+//! the cheapest that keep a sample of the forces at the start within the error that the scene allows. Results depend on positions alone, never
 //! on threads or instruction sets.
 
 mod expansion;
 mod leaves;
+mod single;
 mod sweep;
 #[cfg(test)]
 mod tests;
 mod tree;
 mod walk;
 
-use super::composition::{Bond, Job, Law, Ordered, compose};
+use super::composition::{Bond, Job, Law, compose_unbounded};
 use super::near_field::{BindingTerm, Field};
 use super::potential::{self, Potential, PotentialJob};
 use crate::math::Sum;
 use crate::simd::dispatch;
 use crate::state::Columns;
 use expansion::Degrees;
-use leaves::{Energies, Forces};
+use leaves::{Energies, Forces, Near};
 use rayon::prelude::*;
+use single::Single;
 use std::ops::Range;
 use sweep::{Moments, Sweep};
 use tree::Tree;
@@ -32,29 +34,46 @@ use walk::{Meeting, Meetings, Rule, Task, split};
 const FROM: usize = 3000;
 /// Orders that are tried.
 const ORDERS: Range<usize> = 2..13;
+/// How large cells that meet by expansions may be for their distance [-]: what is tried. Expansions converge faster for
+/// small ones, and more pairs are left.
+const OPENINGS: [f64; 6] = [0.7, 0.65, 0.6, 0.5, 0.4, 0.3];
 /// Parts of the cloud in which the error is sampled.
 const SAMPLES: usize = 12;
 /// The sampled error is at most this share of what is allowed: the cloud changes.
-const SAFETY: f64 = 0.4;
+const SAFETY: f64 = 0.5;
 
-/// Most particles of a leaf: with fewer, expansions cost more than the pairs that they save.
-fn leaf(order: usize) -> usize {
-    order * order * 2 / 3 + 8
+/// Order and opening for energies, to which distant pairs give more than to forces: no less than forces have, and enough
+/// for an error of their absolute values that is allowed of forces (measured).
+fn for_energies(order: usize, opening: f64, accuracy: f64) -> (usize, f64) {
+    let least = (-1.5 * accuracy.log10()).ceil().max(0.0) as usize;
+    (order.max(least).min(ORDERS.end - 1), opening.min(0.5))
 }
 
-/// How large cells that meet by expansions may be for their distance [-]: high orders are dear, and converge faster for
-/// small ones.
-fn opening(order: usize) -> f64 {
-    if order < 8 { 0.58 } else { 0.5 }
+/// Most particles of a leaf: with fewer, expansions cost more than the pairs that they save.
+fn leaf(accuracy: f64) -> usize {
+    if accuracy < 1e-5 { 96 } else { 64 }
 }
 
 /// The method with its space, kept between calls.
 #[derive(Clone, Debug)]
 pub(crate) struct Far {
     degrees: Degrees,
+    opening: f64,
+    /// Those for energies.
+    energies: (Degrees, f64),
+    leaf: usize,
     tree: Tree,
     moments: Moments,
     forces: Vec<[f64; 3]>,
+    single: Single,
+}
+
+/// Forces on some particles spread over the cloud, and what they cost.
+struct Sample {
+    /// In the order of places [N].
+    forces: Vec<[f64; 3]>,
+    /// In pairs that take as long.
+    cost: f64,
 }
 
 /// A tree with moments, and what is left to be done.
@@ -77,18 +96,39 @@ impl Far {
         if r.len() < FROM || field.groups.is_empty() {
             return None;
         }
+        let mut tree = Tree::default();
+        tree.build(r, leaf(accuracy));
+        let single = Single::new(field, tree.spacing(), accuracy);
         let mut far = Self {
             degrees: Degrees::new(ORDERS.start),
-            tree: Tree::default(),
+            opening: OPENINGS[0],
+            energies: (Degrees::default(), 0.0),
+            leaf: leaf(accuracy),
+            tree,
             moments: Moments::default(),
             forces: Vec::new(),
+            single,
         };
-        ORDERS.into_iter().find_map(|order| {
-            far.degrees = Degrees::new(order);
-            far.tree.build(r, leaf(order));
-            let error = error(&far.sample(field, true), &far.sample(field, false));
-            (error <= SAFETY * accuracy).then(|| far.clone())
-        })
+        let exact = far.sample(field, false);
+        let mut best = (exact.cost, None);
+        for opening in OPENINGS {
+            for order in ORDERS {
+                (far.degrees, far.opening) = (Degrees::new(order), opening);
+                let sample = far.sample(field, true);
+                if sample.cost >= best.0 {
+                    break;
+                }
+                if error(&sample.forces, &exact.forces) <= SAFETY * accuracy {
+                    best = (sample.cost, Some((order, opening)));
+                    break;
+                }
+            }
+        }
+        let (order, opening) = best.1?;
+        (far.degrees, far.opening) = (Degrees::new(order), opening);
+        let (order, opening) = for_energies(order, opening, accuracy);
+        far.energies = (Degrees::new(order), opening);
+        Some(far)
     }
 
     /// Order of the expansions.
@@ -98,13 +138,14 @@ impl Far {
 
     /// Adds the forces of all pairs to `force` [N]; returns the number of unordered pairs that met as pairs.
     pub(super) fn forces(&mut self, field: &Field, r: &Columns, force: &mut Columns) -> u64 {
-        let Self { degrees, tree, moments, forces } = self;
-        tree.build(r, leaf(degrees.order));
-        let prepared = Prepared::new(field, degrees, tree, moments);
-        let ordered = Ordered::new(&field.groups, field.binding.as_ref(), |column| tree.sorted(column));
+        let Self { degrees, opening, leaf, tree, moments, forces, single, .. } = self;
+        tree.build(r, *leaf);
+        let prepared = Prepared::new(field, degrees, *opening, tree, moments);
+        let near = Near::new(single, tree, true);
         forces.resize(r.len(), [0.0; 3]);
         let mut pairs = 0;
-        compose(field, &ordered, AllTasks { prepared: &prepared, ordered: &ordered, forces, pairs: &mut pairs });
+        let job = AllTasks { prepared: &prepared, near: &near, forces, pairs: &mut pairs };
+        compose_unbounded(&single.field, &near.ordered, job);
         for (axis, force) in force.axes_mut().into_iter().enumerate() {
             for (&i, own) in tree.order.iter().zip(forces.iter()) {
                 force[i as usize] += own[axis];
@@ -117,18 +158,19 @@ impl Far {
     /// [J].
     pub(super) fn energies(&self, field: &Field, r: &Columns) -> [f64; 3] {
         let (mut tree, mut moments) = (Tree::default(), Moments::default());
-        tree.build(r, leaf(self.degrees.order));
-        let prepared = Prepared::new(field, &self.degrees, &tree, &mut moments);
+        tree.build(r, self.leaf);
+        let (degrees, opening) = &self.energies;
+        let prepared = Prepared::new(field, degrees, *opening, &tree, &mut moments);
         let sorted = field.sorted(|column| tree.sorted(column));
         potential::compose(&sorted, AllEnergies(&prepared))
     }
 
-    /// Forces on some particles spread over the cloud [N]: by expansions, or by pairs alone.
-    fn sample(&mut self, field: &Field, by_expansions: bool) -> Vec<[f64; 3]> {
-        let Self { degrees, tree, moments, .. } = self;
-        let prepared = Prepared::new(field, degrees, tree, moments);
-        let ordered = Ordered::new(&field.groups, field.binding.as_ref(), |column| tree.sorted(column));
-        let mut forces = Vec::new();
+    /// By expansions, or by pairs alone.
+    fn sample(&mut self, field: &Field, by_expansions: bool) -> Sample {
+        let Self { degrees, opening, tree, moments, single, .. } = self;
+        let prepared = Prepared::new(field, degrees, *opening, tree, moments);
+        let near = Near::new(single, tree, by_expansions);
+        let mut sample = Sample { forces: Vec::new(), cost: 0.0 };
         let stride = prepared.tasks.len().div_ceil(SAMPLES);
         for task in prepared.tasks.iter().step_by(stride) {
             let mut leaf = task.cell;
@@ -136,12 +178,34 @@ impl Far {
                 leaf = tree.cells[leaf].children().start;
             }
             let count = tree.cells[leaf].len();
-            let mut own = vec![[0.0; 3]; tree.cells[task.cell].len()];
-            let all = (!by_expansions).then(|| everyone(leaf, tree.order.len()));
-            compose(field, &ordered, OneTask { prepared: &prepared, ordered: &ordered, task, all, forces: &mut own });
-            forces.extend_from_slice(&own[..count]);
+            let (size, n) = (tree.cells[task.cell].len(), tree.order.len());
+            let mut own = vec![[0.0; 3]; size];
+            // Who meets everyone as pairs has nothing from above.
+            let (meetings, parent) = match by_expansions {
+                true => (task.meetings(tree, prepared.rule), task.parent),
+                false => (everyone(leaf, n), None),
+            };
+            let (forces, mut pairs) = (&mut own[..], 0);
+            let job = OneTask {
+                prepared: &prepared,
+                near: &near,
+                task,
+                parent,
+                meetings: &meetings,
+                forces,
+                pairs: &mut pairs,
+            };
+            compose_unbounded(&single.field, &near.ordered, job);
+            sample.forces.extend_from_slice(&own[..count]);
+            // All pairs meet once and in 64 bits; leaves meet from both sides.
+            sample.cost += match by_expansions {
+                true => {
+                    near.cost() * pairs as f64 + meetings.far.len() as f64 * degrees.cost() * field.groups.len() as f64
+                }
+                false => 0.5 * Near::FULL * (size * n) as f64,
+            };
         }
-        forces
+        sample
     }
 }
 
@@ -162,12 +226,12 @@ fn error(found: &[[f64; 3]], exact: &[[f64; 3]]) -> f64 {
 }
 
 impl<'a> Prepared<'a> {
-    fn new(field: &'a Field, degrees: &'a Degrees, tree: &'a Tree, moments: &'a mut Moments) -> Self {
+    fn new(field: &'a Field, degrees: &'a Degrees, opening: f64, tree: &'a Tree, moments: &'a mut Moments) -> Self {
         let weights = field.groups.iter().map(|group| group.weight.as_deref().map(|column| tree.sorted(column)));
         moments.fill(degrees, tree, weights.collect());
         // Bonds need pairs.
         let reach = field.binding.as_ref().map_or(0.0, BindingTerm::largest_reach);
-        let rule = Rule { opening: opening(degrees.order), reach };
+        let rule = Rule { opening, reach };
         let (top, tasks) = split(tree, rule);
         let mut prepared = Self { field, degrees, tree, moments, rule, tasks, top, top_local: Vec::new() };
         let mut top_local = Vec::new();
@@ -203,14 +267,14 @@ impl<'a> Prepared<'a> {
 /// Forces on the particles of all tasks, in the order of places.
 struct AllTasks<'a> {
     prepared: &'a Prepared<'a>,
-    ordered: &'a Ordered,
+    near: &'a Near<'a>,
     forces: &'a mut [[f64; 3]],
     pairs: &'a mut u64,
 }
 
 impl Job for AllTasks<'_> {
     fn run<L: Law, B: Bond>(self, law: L, bond: B) {
-        let Self { prepared, ordered, mut forces, pairs } = self;
+        let Self { prepared, near, mut forces, pairs } = self;
         let mut parts = Vec::with_capacity(prepared.tasks.len());
         for task in &prepared.tasks {
             let (own, rest) = forces.split_at_mut(prepared.tree.cells[task.cell].len());
@@ -219,7 +283,7 @@ impl Job for AllTasks<'_> {
         }
         let one = |(task, forces): (&Task, &mut [[f64; 3]])| {
             let meetings = task.meetings(prepared.tree, prepared.rule);
-            task_forces(prepared, ordered, (task, task.parent), &meetings, forces, (law, bond))
+            task_forces(prepared, near, (task, task.parent), &meetings, forces, (law, bond))
         };
         *pairs = parts.into_par_iter().with_max_len(1).map(one).sum();
     }
@@ -228,36 +292,32 @@ impl Job for AllTasks<'_> {
 /// Forces on the particles of one task.
 struct OneTask<'a> {
     prepared: &'a Prepared<'a>,
-    ordered: &'a Ordered,
+    near: &'a Near<'a>,
     task: &'a Task,
-    /// What it meets, if that is not what the tree says.
-    all: Option<Meetings>,
+    /// Number of the meeting above.
+    parent: Option<usize>,
+    meetings: &'a Meetings,
     forces: &'a mut [[f64; 3]],
+    pairs: &'a mut u64,
 }
 
 impl Job for OneTask<'_> {
     fn run<L: Law, B: Bond>(self, law: L, bond: B) {
-        let Self { prepared, ordered, task, all, forces } = self;
-        // Who meets everyone as pairs has nothing from above.
-        let (meetings, parent) = match all {
-            Some(all) => (all, None),
-            None => (task.meetings(prepared.tree, prepared.rule), task.parent),
-        };
-        task_forces(prepared, ordered, (task, parent), &meetings, forces, (law, bond));
+        let Self { prepared, near, task, parent, meetings, forces, pairs } = self;
+        *pairs = task_forces(prepared, near, (task, parent), meetings, forces, (law, bond));
     }
 }
 
 fn task_forces<L: Law, B: Bond>(
     prepared: &Prepared<'_>,
-    ordered: &Ordered,
+    near: &Near<'_>,
     (task, parent): (&Task, Option<usize>),
     meetings: &Meetings,
     forces: &mut [[f64; 3]],
     (law, bond): (L, B),
 ) -> u64 {
-    let field = prepared.field;
     let first = prepared.tree.cells[task.cell].places().start;
-    let at_leaf = Forces { law, bond, field, ordered, tree: prepared.tree, first, forces, pairs: 0 };
+    let at_leaf = Forces { law, bond, near, tree: prepared.tree, first, forces, pairs: 0 };
     dispatch(prepared.sweep(meetings, parent, &mut Vec::new(), at_leaf)).pairs
 }
 

@@ -53,6 +53,8 @@ fn clouds() -> [Columns; 4] {
 struct Found {
     force: Columns,
     energies: (f64, f64),
+    /// Sum of the absolute energies of all pairs, or less.
+    size: f64,
     order: Option<usize>,
 }
 
@@ -60,9 +62,9 @@ fn found(scene: &Scene, particles: &Particles, r: &Columns) -> Found {
     let mut field = Field::new(scene, particles, r, &Periodic::default()).expect("a near field");
     let mut force = Columns::zeros(r.len());
     field.add_forces(r, &mut force);
-    let [near_field, binding, _] = field.energies_afresh(r);
+    let [near_field, binding, size] = field.energies_afresh(r);
     assert_eq!(field.energies(r), (near_field, binding));
-    Found { force, energies: (near_field, binding), order: field.far_order() }
+    Found { force, energies: (near_field, binding), size, order: field.far_order() }
 }
 
 /// Root of the sum of squares.
@@ -87,15 +89,20 @@ fn errors_are_as_small_as_asked_for() {
             for accuracy in [1e-2, 1e-4, 1e-6] {
                 let far = found(&scene(&near_field(exponents, weight, Some(accuracy)), ""), &particles, r);
                 let case = format!("{exponents:?} {weight} cloud {k} at {accuracy:e}, order {:?}", far.order);
-                assert!(far.order.is_some(), "{case}");
+                if far.order.is_none() {
+                    // All pairs are cheaper, where steep laws would need high orders.
+                    assert!(exponents.0 > 6.0 && far.force == exact.force, "{case}");
+                    continue;
+                }
                 let off: Vec<f64> = (0..COUNT).map(|i| (far.force.get(i) - exact.force.get(i)).norm()).collect();
                 let error = off.iter().map(|off| off * off).sum::<f64>().sqrt() / all;
                 assert!(error <= accuracy, "{case}: {error:e}");
                 let mean = all / (COUNT as f64).sqrt();
                 let beyond = off.iter().filter(|&&off| off > 10.0 * accuracy * mean).count();
                 assert!(beyond <= COUNT / 1000, "{case}: {beyond} particles");
-                let energy = (far.energies.0 - exact.energies.0).abs() / exact.energies.0.abs();
-                // Energies sum what forces sum, one degree higher; charges of both signs nearly cancel.
+                // Of the absolute energies of all pairs: charges of both signs nearly cancel. Distant pairs, which expansions
+                // are for, make more of an energy than of a force.
+                let energy = (far.energies.0 - exact.energies.0).abs() / exact.size;
                 assert!(energy <= 10.0 * accuracy, "{case}: energy {energy:e}");
                 // Cells meet from both sides with the same derivatives: what one gains the other loses, to round-off.
                 let net = far.force.axes().map(|column| column.iter().sum::<f64>().abs());

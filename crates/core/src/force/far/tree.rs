@@ -73,6 +73,14 @@ impl Tree {
         });
     }
 
+    /// A distance in the middle of those between neighbours [m].
+    pub(super) fn spacing(&self) -> f64 {
+        let leaves = self.cells.iter().filter(|cell| cell.is_leaf() && cell.radius > 0.0);
+        let mut spacings: Vec<f64> = leaves.map(|leaf| leaf.radius / (leaf.len() as f64).cbrt()).collect();
+        spacings.sort_unstable_by(f64::total_cmp);
+        spacings.get(spacings.len() / 2).copied().unwrap_or(1.0)
+    }
+
     /// A column in the order of places.
     pub(super) fn sorted(&self, column: &[f64]) -> Vec<f64> {
         self.order.iter().map(|&i| column[i as usize]).collect()
