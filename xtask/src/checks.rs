@@ -25,7 +25,10 @@ const CHECKS: &[(&str, Check)] = &[
     ),
     (
         "documentation",
-        Check::Cargo(&["doc", "--workspace", "--no-deps", "--locked"], &[("RUSTDOCFLAGS", "-D warnings")]),
+        Check::Cargo(
+            &["doc", "--workspace", "--no-deps", "--features", "agglo/live", "--locked"],
+            &[("RUSTDOCFLAGS", "-D warnings")],
+        ),
     ),
     // What the README says, with everything that can be switched on.
     ("tests", Check::Cargo(&["test", "--workspace", "--locked", "--features", "agglo/live"], &[])),
