@@ -4,6 +4,8 @@
 
 #[path = "log/analysis.rs"]
 mod analysis;
+#[path = "log/apart.rs"]
+mod apart;
 #[path = "log/bytes.rs"]
 mod bytes;
 #[path = "log/compat.rs"]

@@ -6,21 +6,28 @@
 use crate::math::{EXP_SERIES, LN_SERIES, LN2_HIGH, LN2_LOW, ROUND};
 use crate::simd::{Bits, Lanes, Simd};
 
-/// x = 2^k m with m in [sqrt(1/2), sqrt(2)), for positive, finite, normal numbers.
+/// x = 2^k m with m in [sqrt(1/2), sqrt(2)), for positive, finite, normal numbers: k + 1023 as an integer, and m.
 #[inline(always)]
 fn split<S: Simd>(simd: S, x: S::F) -> (S::F, S::F) {
     const SQRT_HALF: u64 = 0x3FE6_A09E_0000_0000;
     const ONE: u64 = 0x3FF0_0000_0000_0000;
-    const TWO_TO_52: u64 = 0x4330_0000_0000_0000;
     let shifted = x.add_bits(simd.bits(ONE - SQRT_HALF));
-    let k = shifted.shift_down::<52>().or_bits(simd.bits(TWO_TO_52)) - simd.splat(4_503_599_627_370_496.0 + 1023.0);
-    (k, shifted.and_bits(simd.bits(0x000F_FFFF_FFFF_FFFF)).add_bits(simd.bits(SQRT_HALF)))
+    let mantissa = shifted.and_bits(simd.bits(0x000F_FFFF_FFFF_FFFF)).add_bits(simd.bits(SQRT_HALF));
+    (shifted.shift_down::<52>(), mantissa)
+}
+
+/// An integer from 0 to 2^52, less `bias`.
+#[inline(always)]
+fn number<S: Simd>(simd: S, integer: S::F, bias: f64) -> S::F {
+    const TWO_TO_52: u64 = 0x4330_0000_0000_0000;
+    integer.or_bits(simd.bits(TWO_TO_52)) - simd.splat(4_503_599_627_370_496.0 + bias)
 }
 
 /// As [`crate::math::ln`], to the last bit.
 #[inline(always)]
 pub fn ln<S: Simd>(simd: S, x: S::F) -> S::F {
-    let (k, m) = split(simd, x);
+    let (biased, m) = split(simd, x);
+    let k = number(simd, biased, 1023.0);
     let f = m - simd.splat(1.0);
     let s = f / (simd.splat(2.0) + f);
     let z = s * s;
@@ -32,29 +39,33 @@ pub fn ln<S: Simd>(simd: S, x: S::F) -> S::F {
 /// Sums of logarithms as the logarithm of a product, which cannot overflow: one logarithm for any number of terms.
 #[derive(Clone, Copy)]
 pub struct LogarithmSum<F> {
+    /// Sum of k + 1023, an integer.
     exponent: F,
     mantissa: F,
+    /// Terms of each lane.
+    terms: u64,
 }
 
 impl<F: Bits> LogarithmSum<F> {
     /// Of no terms.
     #[inline(always)]
     pub fn new<S: Simd<F = F>>(simd: S) -> Self {
-        Self { exponent: simd.splat(0.0), mantissa: simd.splat(1.0) }
+        Self { exponent: simd.bits(0), mantissa: simd.splat(1.0), terms: 0 }
     }
 
     /// Adds ln x of positive, finite, normal numbers.
     #[inline(always)]
     pub fn add<S: Simd<F = F>>(&mut self, simd: S, x: F) {
-        let (k, m) = split(simd, self.mantissa * x);
-        *self = Self { exponent: self.exponent + k, mantissa: m };
+        let (biased, mantissa) = split(simd, self.mantissa * x);
+        *self = Self { exponent: self.exponent.add_bits(biased), mantissa, terms: self.terms + 1 };
     }
 
     /// The sum, off by at most half an ulp of 1 for each term beside the error of [`ln`].
     #[inline(always)]
     pub fn value<S: Simd<F = F>>(self, simd: S) -> F {
-        let low = self.exponent * simd.splat(LN2_LOW) + ln(simd, self.mantissa);
-        self.exponent * simd.splat(LN2_HIGH) + low
+        // Exact below 10^12 terms, as in floating point.
+        let exponent = number(simd, self.exponent, 1023.0 * self.terms as f64);
+        exponent * simd.splat(LN2_HIGH) + (exponent * simd.splat(LN2_LOW) + ln(simd, self.mantissa))
     }
 }
 

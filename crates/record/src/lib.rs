@@ -14,8 +14,10 @@
 //! | [`proto`] | the messages themselves, generated from `schemas/` |
 //! | [`size`] | how large a log will be |
 
+mod apart;
 pub mod channels;
 pub mod cloud;
+mod container;
 pub mod convert;
 pub mod encoder;
 mod error;
@@ -28,7 +30,8 @@ pub mod run;
 mod sink;
 pub mod size;
 
+pub use container::write_options;
 pub use error::RecordError;
-pub use recorder::{CarriedStep, Options, Recorded, Recorder, Tap, write_options};
+pub use recorder::{CarriedStep, Options, Recorded, Recorder, Tap};
 pub use run::BuildInfo;
 pub use size::{SizeEstimate, estimate, least};

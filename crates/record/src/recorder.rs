@@ -1,23 +1,22 @@
 //! The recorder: watches a run and writes its log.
 
-use std::collections::BTreeMap;
 use std::io::Write;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use agglo_core::diagnostics::{Level, Notice};
 use agglo_core::observer::{Flow, Observer, ObserverError, StepReport};
-use agglo_core::scene::{Compression, Scene};
+use agglo_core::scene::Scene;
 use agglo_core::state::{Particles, State};
-use mcap::records::MessageHeader;
 
-use crate::channels::{CHANNELS, Topic, present};
+use crate::apart::Apart;
+use crate::channels::Topic;
 use crate::cloud::Frame;
+use crate::container::{Container, Totals};
 use crate::encoder::{Encoded, Encoder};
 use crate::error::RecordError;
-use crate::layout::layout;
-use crate::run::{self, BuildInfo, RunInfo};
-use crate::sink::{Sink, sink};
+use crate::run::{BuildInfo, RunInfo};
+use crate::sink::sink;
 
 /// Uncompressed size at which a chunk is closed, at the end of a step [bytes]: the smaller, the less is lost when a run
 /// is killed and the sooner a viewer has loaded what it shows; the larger, the better it compresses.
@@ -25,9 +24,6 @@ const CHUNK_BYTES: usize = 1024 * 1024;
 
 /// Steps after which a chunk is closed however small it is, so that small scenes do not lose a whole run.
 const CHUNK_STEPS: u64 = 1000;
-
-/// Level of zstd: a second level costs twice the time and saves less than 1 % on mantissas.
-const ZSTD_LEVEL: u32 = 1;
 
 /// How a log is written.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -56,11 +52,52 @@ pub struct Recorded {
 #[must_use = "a log is whole only after `finish`"]
 pub struct Recorder<W: Write> {
     encoder: Encoder,
-    container: Container<W>,
+    file: File<W>,
+    /// Of messages in the current chunk [bytes].
+    pending_bytes: usize,
+    /// In the current chunk.
+    pending_steps: u64,
     bytes: Arc<AtomicU64>,
     options: Options,
     started: bool,
     failure: Option<String>,
+}
+
+/// Where the file is written.
+enum File<W: Write> {
+    Here(Box<Container<W>>),
+    Apart(Apart),
+}
+
+impl<W: Write> File<W> {
+    fn send(&mut self, message: Encoded<'_>) -> Result<(), RecordError> {
+        match self {
+            Self::Here(container) => container.send(message),
+            Self::Apart(apart) => apart.send(message),
+        }
+    }
+
+    fn flush(&mut self) -> Result<(), RecordError> {
+        match self {
+            Self::Here(container) => container.flush(),
+            Self::Apart(apart) => apart.flush(),
+        }
+    }
+
+    /// Waits until what was flushed has left for the output.
+    fn wait(&mut self) -> Result<(), RecordError> {
+        match self {
+            Self::Apart(apart) => apart.wait(),
+            Self::Here(_) => Ok(()),
+        }
+    }
+
+    fn finish(&mut self) -> Result<Totals, RecordError> {
+        match self {
+            Self::Here(container) => container.finish(),
+            Self::Apart(apart) => apart.finish(),
+        }
+    }
 }
 
 impl<W: Write> Recorder<W> {
@@ -76,27 +113,26 @@ impl<W: Write> Recorder<W> {
         let run = RunInfo::new(scene, &scene_json, effects.particles, build);
 
         let (sink, bytes) = sink(writer);
-        let mut writer = mcap::Writer::with_options(sink, write_options(scene.record.compression, &build.version))?;
-        writer.write_metadata(&mcap::records::Metadata { name: run::RECORD.to_owned(), metadata: run.to_map() })?;
-        let layout = layout(scene);
-        for (name, text) in [(run::SCENE, &scene_json), (run::LAYOUT, &layout)] {
-            writer.attach(&mcap::Attachment {
-                log_time: 0,
-                create_time: 0,
-                name: name.to_owned(),
-                media_type: "application/json".to_owned(),
-                data: text.as_bytes().into(),
-            })?;
-        }
-        let mut ids = [None; CHANNELS.len()];
-        for channel in present(&effects) {
-            let schema = writer.add_schema(channel.schema, "protobuf", channel.descriptor)?;
-            ids[channel.topic as usize] =
-                Some(writer.add_channel(schema, channel.name, "protobuf", &BTreeMap::new())?);
-        }
-        let counts = [0; CHANNELS.len()];
-        let container = Container { writer, ids, counts, pending_bytes: 0, pending_steps: 0, messages: 0, tap: None };
-        Ok(Self { encoder, container, bytes, options, started: false, failure: None })
+        let container = Container::create(sink, scene, &scene_json, &effects, &run)?;
+        let file = File::Here(Box::new(container));
+        let (pending_bytes, pending_steps) = (0, 0);
+        Ok(Self { encoder, file, pending_bytes, pending_steps, bytes, options, started: false, failure: None })
+    }
+
+    /// From now on compresses and writes on a thread of its own, beside the solver. The log is the same; a failure of the
+    /// output comes up up to three batches of messages later.
+    ///
+    /// # Errors
+    /// A thread that the operating system refuses.
+    pub fn on_own_thread(self) -> Result<Self, RecordError>
+    where
+        W: Send + 'static,
+    {
+        let file = match self.file {
+            File::Here(container) => File::Apart(Apart::new(*container)?),
+            apart @ File::Apart(_) => apart,
+        };
+        Ok(Self { file, ..self })
     }
 
     /// Writes a message to `/log` at the time of the last step, for what the solver cannot say itself: why a run ended.
@@ -107,9 +143,16 @@ impl<W: Write> Recorder<W> {
         self.guarded(|recorder| recorder.notice(&Notice { level, message: message.into() }))
     }
 
-    /// From now on `tap` sees every message, after the log has it. It cannot change the log.
+    /// From now on `tap` sees every message, after the log has it and on the thread that writes it. It cannot change the
+    /// log.
+    ///
+    /// # Panics
+    /// After [`Recorder::on_own_thread`].
     pub fn tap(&mut self, tap: Tap) {
-        self.container.tap = Some(tap);
+        match &mut self.file {
+            File::Here(container) => container.tap = Some(tap),
+            File::Apart(_) => panic!("a tap goes in before the recorder has a thread of its own"),
+        }
     }
 
     /// Bytes that have left for the output so far; the rest of the current chunk is still to come.
@@ -123,13 +166,8 @@ impl<W: Write> Recorder<W> {
     /// # Errors
     /// A write that failed, now or before: the log is then cut off, though all chunks up to there are whole.
     pub fn finish(mut self) -> Result<Recorded, RecordError> {
-        self.guarded(|recorder| Ok(recorder.container.writer.finish().map(drop)?))?;
-        let Container { messages, counts, .. } = &self.container;
-        Ok(Recorded {
-            bytes: self.bytes_written(),
-            messages: *messages,
-            frames: counts[Topic::Particles as usize].into(),
-        })
+        let Totals { messages, frames } = self.guarded(|recorder| recorder.file.finish())?;
+        Ok(Recorded { bytes: self.bytes_written(), messages, frames })
     }
 
     /// Runs what may fail to write, and refuses to go on after a failure: what follows it would be taken for whole.
@@ -145,14 +183,14 @@ impl<W: Write> Recorder<W> {
     }
 
     fn record(&mut self, report: &StepReport<'_>) -> Result<(), RecordError> {
-        let Self { encoder, container, .. } = self;
-        encoder.step(report, &mut |message| container.send(message))?;
+        let Self { encoder, file, pending_bytes, .. } = self;
+        encoder.step(report, &mut |message| send(file, pending_bytes, message))?;
         self.end_step()
     }
 
     fn notice(&mut self, notice: &Notice) -> Result<(), RecordError> {
-        let Self { encoder, container, .. } = self;
-        encoder.notice(notice, &mut |message| container.send(message))
+        let Self { encoder, file, pending_bytes, .. } = self;
+        encoder.notice(notice, &mut |message| send(file, pending_bytes, message))
     }
 
     /// Takes over one step of an earlier log of the same run, its messages as they stand there. [`Recorder::begin`] must
@@ -166,7 +204,8 @@ impl<W: Write> Recorder<W> {
                 recorder.encoder.pass(particles, frame);
             }
             for (topic, log_time, data) in &step.messages {
-                recorder.container.send(Encoded { topic: *topic, log_time: *log_time, data })?;
+                let message = Encoded { topic: *topic, log_time: *log_time, data };
+                send(&mut recorder.file, &mut recorder.pending_bytes, message)?;
             }
             recorder.end_step()
         })
@@ -179,14 +218,18 @@ impl<W: Write> Recorder<W> {
 
     /// Closes the chunk at the end of a step when it is due.
     fn end_step(&mut self) -> Result<(), RecordError> {
-        self.container.pending_steps += 1;
+        self.pending_steps += 1;
         // The start is written out at once: a log that is cut off later still says what was run.
         let first = !std::mem::replace(&mut self.started, true);
-        let Container { pending_bytes, pending_steps, .. } = self.container;
-        if !first && pending_bytes < CHUNK_BYTES && pending_steps < CHUNK_STEPS {
+        if !first && self.pending_bytes < CHUNK_BYTES && self.pending_steps < CHUNK_STEPS {
             return Ok(());
         }
-        self.container.flush()?;
+        (self.pending_bytes, self.pending_steps) = (0, 0);
+        self.file.flush()?;
+        // An output that takes nothing at all is noticed at once, and a limit always at the same step.
+        if first || self.options.max_bytes.is_some() {
+            self.file.wait()?;
+        }
         match self.options.max_bytes {
             Some(limit) if self.bytes_written() > limit => {
                 Err(RecordError::TooLarge { bytes: self.bytes_written(), limit })
@@ -205,42 +248,10 @@ pub struct CarriedStep {
     pub frame: Option<Frame>,
 }
 
-/// The MCAP file being written.
-struct Container<W: Write> {
-    writer: mcap::Writer<Sink<W>>,
-    ids: [Option<u16>; CHANNELS.len()],
-    counts: [u32; CHANNELS.len()],
-    pending_bytes: usize,
-    pending_steps: u64,
-    messages: u64,
-    tap: Option<Tap>,
-}
-
-impl<W: Write> Container<W> {
-    fn send(&mut self, message: Encoded<'_>) -> Result<(), RecordError> {
-        let Encoded { topic, log_time, data } = message;
-        let Some(channel_id) = self.ids[topic as usize] else {
-            let name = CHANNELS[topic as usize].name;
-            return Err(RecordError::Mismatch(format!("a message for {name}, which this scene does not have")));
-        };
-        let count = &mut self.counts[topic as usize];
-        let header = MessageHeader { channel_id, sequence: *count, log_time, publish_time: log_time };
-        *count = count.wrapping_add(1);
-        self.writer.write_to_known_channel(&header, data)?;
-        self.messages += 1;
-        self.pending_bytes += data.len();
-        if let Some(tap) = &mut self.tap {
-            tap(message);
-        }
-        Ok(())
-    }
-
-    fn flush(&mut self) -> Result<(), RecordError> {
-        self.writer.flush()?;
-        self.pending_bytes = 0;
-        self.pending_steps = 0;
-        Ok(())
-    }
+/// Sends a message, and counts it into the current chunk.
+fn send<W: Write>(file: &mut File<W>, pending_bytes: &mut usize, message: Encoded<'_>) -> Result<(), RecordError> {
+    *pending_bytes += message.data.len();
+    file.send(message)
 }
 
 impl<W: Write> Observer for Recorder<W> {
@@ -248,22 +259,4 @@ impl<W: Write> Observer for Recorder<W> {
         self.guarded(|recorder| recorder.record(report))?;
         Ok(Flow::Continue)
     }
-}
-
-/// Options that make the same bytes of the same messages: no threads, no clock, and chunks that are closed by us.
-/// `version` is that of agglo.
-#[must_use]
-pub fn write_options(compression: Compression, version: &str) -> mcap::WriteOptions {
-    let (compression, level) = match compression {
-        Compression::Zstd => (Some(mcap::Compression::Zstd), ZSTD_LEVEL),
-        Compression::Lz4 => (Some(mcap::Compression::Lz4), 0),
-        Compression::None => (None, 0),
-    };
-    mcap::WriteOptions::new()
-        .compression(compression)
-        .compression_level(level)
-        .compression_threads(0)
-        .chunk_size(None)
-        .disable_seeking(true)
-        .library(format!("agglo {version}"))
 }

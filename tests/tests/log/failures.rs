@@ -6,7 +6,7 @@ use agglo_core::diagnostics::Level;
 use agglo_core::observer::Observer;
 use agglo_record::{Options, RecordError, Recorder};
 
-use crate::story::{EVERYTHING, Kind, build, log, record};
+use crate::story::{EVERYTHING, Kind, build, log, record, record_apart};
 
 /// A disk with room for so many bytes.
 struct Disk(usize);
@@ -32,11 +32,14 @@ fn a_disk_that_fills_up_at_any_byte_is_an_error() {
     let size = log(&kind, 100).len();
     assert!(size > 1 << 20, "more than one chunk: {size}");
     for room in (0..size).step_by(size / 200).chain(size - 40..size) {
-        let error = record(&kind, &story, Disk(room)).expect_err("the disk was too small");
-        assert_eq!(error.io_kind(), Some(ErrorKind::StorageFull), "{room} bytes: {error}");
-        assert!(error.to_string().contains("no space"), "{error}");
+        for error in [record(&kind, &story, Disk(room)), record_apart(&kind, &story, Disk(room))] {
+            let error = error.expect_err("the disk was too small");
+            assert_eq!(error.io_kind(), Some(ErrorKind::StorageFull), "{room} bytes: {error}");
+            assert!(error.to_string().contains("no space"), "{error}");
+        }
     }
     assert!(record(&kind, &story, Disk(size)).is_ok());
+    assert!(record_apart(&kind, &story, Disk(size)).is_ok());
 }
 
 #[test]

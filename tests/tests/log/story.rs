@@ -309,8 +309,20 @@ pub fn build() -> BuildInfo {
 
 /// Records a story.
 pub fn record<W: std::io::Write>(kind: &Kind, story: &[Told], out: W) -> Result<Recorded, RecordError> {
+    tell(Recorder::create(out, &kind.scene(), &build(), Options::default())?, kind, story)
+}
+
+/// The same, by a recorder on a thread of its own.
+pub fn record_apart<W: std::io::Write + Send + 'static>(
+    kind: &Kind,
+    story: &[Told],
+    out: W,
+) -> Result<Recorded, RecordError> {
+    tell(Recorder::create(out, &kind.scene(), &build(), Options::default())?.on_own_thread()?, kind, story)
+}
+
+fn tell<W: std::io::Write>(mut recorder: Recorder<W>, kind: &Kind, story: &[Told]) -> Result<Recorded, RecordError> {
     let particles = kind.particles();
-    let mut recorder = Recorder::create(out, &kind.scene(), &build(), Options::default())?;
     for told in story {
         recorder.step(&told.report(&particles)).map_err(|error| match error.downcast::<RecordError>() {
             Ok(error) => *error,

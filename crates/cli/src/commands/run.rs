@@ -58,13 +58,13 @@ pub fn run(args: &RunArgs, terminal: &Terminal) -> CommandResult {
         Some(target) => {
             let output = Output::open_binary(target, args.overwrite)?;
             announce(&loaded, &simulation, &output, args.max_log, terminal)?;
-            Some(Log { recorder: recorder(&loaded, &output, args.max_log)?, output })
+            Some(Log { recorder: recorder(&loaded, &output, args.max_log, live.as_ref())?, output })
         }
         None => None,
     };
     // Without a log, what is watched is encoded all the same.
     let mut unrecorded = if log.is_none() && live.is_some() { Some(unrecorded(&loaded.scene)?) } else { None };
-    if let (Some(live), Some(recorder)) = (&live, log.as_mut().map(|log| &mut log.recorder).or(unrecorded.as_mut())) {
+    if let (Some(live), Some(recorder)) = (&live, &mut unrecorded) {
         recorder.tap(live.tap());
     }
     let started = Instant::now();
@@ -157,11 +157,21 @@ fn announce(
     Ok(())
 }
 
-fn recorder(loaded: &LoadedScene, output: &Output, max_log: Option<u64>) -> Result<Recorder<Writer>, Failure> {
+fn recorder(
+    loaded: &LoadedScene,
+    output: &Output,
+    max_log: Option<u64>,
+    live: Option<&Live>,
+) -> Result<Recorder<Writer>, Failure> {
     let build = BuildInfo { version: VERSION.to_owned(), commit: COMMIT.to_owned() };
     let options = Options { max_bytes: max_log };
     let writer = output.writer().map_err(|error| Failure::write(output.name(), &error))?;
-    Recorder::create(writer, &loaded.scene, &build, options).map_err(|error| log_failure(output.name(), &error))
+    let failed = |error| log_failure(output.name(), &error);
+    let mut recorder = Recorder::create(writer, &loaded.scene, &build, options).map_err(failed)?;
+    if let Some(live) = live {
+        recorder.tap(live.tap());
+    }
+    recorder.on_own_thread().map_err(failed)
 }
 
 /// A log being written, and the file it goes to.

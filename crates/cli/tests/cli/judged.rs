@@ -34,11 +34,23 @@ fn nth(parts: &Parts, topic: Topic, k: usize) -> usize {
     places.map(|(place, _)| place).nth(k).expect("there is one")
 }
 
+/// The content of the k-th message of a channel.
+fn data(parts: &mut Parts, topic: Topic, k: usize) -> &mut Vec<u8> {
+    let place = nth(parts, topic, k);
+    &mut parts.messages[place].data
+}
+
+/// A log without the k-th message of a channel.
+fn lose(parts: &mut Parts, topic: Topic, k: usize) {
+    let place = nth(parts, topic, k);
+    parts.messages.remove(place);
+}
+
 fn impacts(parts: &mut Parts, change: impl FnOnce(&mut v1::Impacts)) {
-    let place = nth(parts, Topic::Impacts, 0);
-    let mut content = v1::Impacts::decode(&parts.messages[place].data[..]).unwrap();
+    let data = data(parts, Topic::Impacts, 0);
+    let mut content = v1::Impacts::decode(&data[..]).unwrap();
     change(&mut content);
-    parts.messages[place].data = content.encode_to_vec();
+    *data = content.encode_to_vec();
 }
 
 /// What is wrong, how it is made, and what `info --check` says; whether a run can go on, `export --at all` has something
@@ -58,22 +70,11 @@ enum Uses {
 const CASES: [Case; 19] = [
     Case(
         "garbage for a state",
-        |p| {
-            let k = nth(p, Topic::Particles, 15);
-            p.messages[k].data = b"\xff\x01garbage".to_vec();
-        },
+        |p| *data(p, Topic::Particles, 15) = b"\xff\x01garbage".to_vec(),
         "makes no sense",
         Uses::All,
     ),
-    Case(
-        "an empty ledger",
-        |p| {
-            let k = nth(p, Topic::Energy, 15);
-            p.messages[k].data.clear();
-        },
-        "/energy",
-        Uses::All,
-    ),
+    Case("an empty ledger", |p| data(p, Topic::Energy, 15).clear(), "/energy", Uses::All),
     Case(
         "a state of fewer rows",
         |p| {
@@ -106,15 +107,7 @@ const CASES: [Case; 19] = [
         Uses::NotResume,
     ),
     Case("no diagnostics", |p| without(p, Topic::Diagnostics), "have no message on /diagnostics", Uses::All),
-    Case(
-        "a state missing",
-        |p| {
-            let k = nth(p, Topic::Particles, 15);
-            p.messages.remove(k);
-        },
-        "step 15 at t = 0.015",
-        Uses::All,
-    ),
+    Case("a state missing", |p| lose(p, Topic::Particles, 15), "step 15 at t = 0.015", Uses::All),
     Case("a step missing", |p| p.messages.retain(|m| m.key().unwrap().1 != 15), "step 15 is not in the log", Uses::All),
     Case(
         "the last step missing",
@@ -122,15 +115,7 @@ const CASES: [Case; 19] = [
         "the log ends with step 39",
         Uses::All,
     ),
-    Case(
-        "impacts missing",
-        |p| {
-            let k = nth(p, Topic::Impacts, 0);
-            p.messages.remove(k);
-        },
-        "impacts, and the log has",
-        Uses::All,
-    ),
+    Case("impacts missing", |p| lose(p, Topic::Impacts, 0), "impacts, and the log has", Uses::All),
     Case(
         "impacts twice",
         |p| {

@@ -45,7 +45,7 @@ impl Search {
         self.neighbors.update(r, &domain.periodic);
         self.pairs.clear();
         let (neighbors, pairs) = (&self.neighbors, &mut self.pairs);
-        let test = Test { r, radius: &particles.radius, periodic: &domain.periodic, factor };
+        let test = Test::new(r, &particles.radius, &domain.periodic, factor);
         dispatch(Scan { neighbors, test, pairs });
         &self.pairs
     }
@@ -71,19 +71,19 @@ impl Search {
 pub fn visit_close(r: &Columns, radius: &[f64], periodic: &Periodic, factor: f64, visit: impl FnMut(ClosePair)) {
     let largest = radius.iter().copied().fold(0.0, f64::max);
     let cells = Cells::new(r, 2.0 * largest * factor * (1.0 + TOUCHING), periodic);
-    if cells.is_one() {
-        let test = Test { r, radius, periodic, factor };
-        return dispatch(Walk { cells: &cells, test, visit });
-    }
+    let Some(cells) = cells else {
+        let test = Test::new(r, radius, periodic, factor);
+        return dispatch(Walk { cells: None, test, visit });
+    };
     let (r, radius) = (cells.sorted_vectors(r), cells.sorted(radius));
-    let test = Test { r: &r, radius: &radius, periodic, factor };
-    dispatch(Walk { cells: &cells, test, visit });
+    let test = Test::new(&r, &radius, periodic, factor);
+    dispatch(Walk { cells: Some(&cells), test, visit });
 }
 
-/// Looks at every pair that cells bring together once.
+/// Looks at every pair once, or at every pair that cells bring together.
 struct Walk<'a, V> {
-    cells: &'a Cells,
-    /// Particles in the order of places.
+    cells: Option<&'a Cells>,
+    /// Particles, where there are cells in the order of places.
     test: Test<'a>,
     visit: V,
 }
@@ -100,9 +100,16 @@ impl<V: FnMut(ClosePair)> Kernel for Walk<'_, V> {
 impl<V: FnMut(ClosePair)> Walk<'_, V> {
     #[inline(always)]
     fn all<S: Simd, const PERIODIC: bool>(self, simd: S) {
-        let Self { cells, test, visit } = self;
-        let n = cells.order().len();
-        cells.walk(0..n, &mut Visitor::<S, V, PERIODIC> { simd, test, order: cells.order(), visit });
+        let Self { cells, test, mut visit } = self;
+        let test = test.of_one_length();
+        let n = test.radius.len();
+        match cells {
+            Some(cells) => cells.walk(0..n, &mut Visitor::<S, V, PERIODIC> { simd, test, order: cells.order(), visit }),
+            None => {
+                let mut keep = |i: usize, j: usize, square| visit(ClosePair { i: i as u32, j: j as u32, square });
+                (0..n).for_each(|i| test.run::<S, PERIODIC>(simd, i, i + 1..n, &mut keep));
+            }
+        }
     }
 }
 
@@ -147,6 +154,7 @@ impl Scan<'_> {
     #[inline(always)]
     fn all<S: Simd, const PERIODIC: bool>(self, simd: S) {
         let Self { neighbors, test, pairs } = self;
+        let test = test.of_one_length();
         let mut keep = |i: usize, j: usize, square| pairs.push(ClosePair { i: i as u32, j: j as u32, square });
         let n = test.radius.len();
         match neighbors {
@@ -168,14 +176,31 @@ impl Scan<'_> {
 }
 
 /// Tells which pairs are close.
+#[derive(Clone, Copy)]
 struct Test<'a> {
-    r: &'a Columns,
+    r: [&'a [f64]; 3],
     radius: &'a [f64],
     periodic: &'a Periodic,
     factor: f64,
+    /// Square of the reach of all pairs [m^2], where radii are equal.
+    reach: Option<f64>,
 }
 
-impl Test<'_> {
+impl<'a> Test<'a> {
+    fn new(r: &'a Columns, radius: &'a [f64], periodic: &'a Periodic, factor: f64) -> Self {
+        let mut test = Self { r: r.axes(), radius, periodic, factor, reach: None };
+        if radius.iter().all(|b| *b == radius[0]) {
+            test.reach = (!radius.is_empty()).then(|| test.reach(0, 0));
+        }
+        test
+    }
+
+    /// The same; inlined into a kernel it tells the compiler that one check of a place does for all columns.
+    #[inline(always)]
+    fn of_one_length(self) -> Self {
+        Self { r: self.r.map(|column| &column[..self.radius.len()]), ..self }
+    }
+
     /// Calls `keep` for those of consecutive particles that are close to i.
     #[inline(always)]
     fn run<S: Simd, const PERIODIC: bool>(
@@ -191,17 +216,16 @@ impl Test<'_> {
             let first = from.min(self.radius.len().saturating_sub(LANES));
             let end = run.end.min(first + LANES);
             match self.eight::<S, PERIODIC>(simd, i, first) {
-                Some((squares, close)) => {
+                Some((squares, close)) if close != 0 => {
                     let mut close = close & ((1 << (end - first)) - (1 << (from - first)));
-                    if close != 0 {
-                        let squares = squares.to_array();
-                        while close != 0 {
-                            let k = close.trailing_zeros() as usize;
-                            keep(i, first + k, squares[k % LANES]);
-                            close &= close - 1;
-                        }
+                    let squares = squares.to_array();
+                    while close != 0 {
+                        let k = close.trailing_zeros() as usize;
+                        keep(i, first + k, squares[k % LANES]);
+                        close &= close - 1;
                     }
                 }
+                Some(_) => {}
                 None => (from..end).for_each(|j| self.pair::<PERIODIC>(i, j, &mut keep)),
             }
             from = end;
@@ -221,21 +245,27 @@ impl Test<'_> {
     fn eight<S: Simd, const PERIODIC: bool>(&self, simd: S, i: usize, first: usize) -> Option<(S::F, u32)> {
         let mut square = simd.splat(0.0);
         for axis in 0..3 {
-            let column = self.r.axes()[axis];
+            let column = self.r[axis];
             let d = simd.load(column.get(first..)?.first_chunk()?) - simd.splat(column[i]);
             let d = if PERIODIC { self.periodic.minimum_images(simd, axis, d) } else { d };
             square = square + d * d;
         }
-        let radius = simd.load(self.radius.get(first..)?.first_chunk()?);
-        let reach = simd.splat(self.factor) * (simd.splat(self.radius[i]) + radius);
-        Some((square, S::F::bitmask(square.le(reach * reach))))
+        let reach = match self.reach {
+            Some(reach) => simd.splat(reach),
+            None => {
+                let radius = simd.load(self.radius.get(first..)?.first_chunk()?);
+                let reach = simd.splat(self.factor) * (simd.splat(self.radius[i]) + radius);
+                reach * reach
+            }
+        };
+        Some((square, S::F::bitmask(square.le(reach))))
     }
 
     #[inline(always)]
     fn square<const PERIODIC: bool>(&self, i: usize, j: usize) -> f64 {
         let mut square = 0.0;
         for axis in 0..3 {
-            let column = self.r.axes()[axis];
+            let column = self.r[axis];
             let d = column[j] - column[i];
             let d = if PERIODIC { self.periodic.minimum_image(axis, d) } else { d };
             square += d * d;

@@ -17,6 +17,8 @@ const SHARE: usize = 16;
 const TASK: usize = 16;
 /// Places from which tasks are worth their overhead.
 const PARALLEL_FROM: usize = 1024;
+/// Blocks of consecutive partners whose bonds are looked at together, a bit for each.
+const BLOCKS: usize = u64::BITS as usize;
 /// Numbers of the lanes.
 const LANE: Eight = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 
@@ -24,7 +26,7 @@ const LANE: Eight = [0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0];
 /// that are valid.
 pub(super) fn energies(field: &Field, neighbors: &Neighbors, r: &Columns) -> [f64; 3] {
     match neighbors {
-        Neighbors::All => compose(field, Rows { field, r: &padded(r.clone()), n: r.len(), list: None }),
+        Neighbors::All => energies_of_all(field, r),
         Neighbors::List(list) => {
             let sorted = |column: &[f64]| list.order().iter().map(|&i| column[i as usize]).collect::<Vec<f64>>();
             let (field, r) = (field.sorted(sorted), Columns { x: sorted(&r.x), y: sorted(&r.y), z: sorted(&r.z) });
@@ -35,15 +37,14 @@ pub(super) fn energies(field: &Field, neighbors: &Neighbors, r: &Columns) -> [f6
 
 /// The same from the positions alone, by cells instead of lists.
 pub(super) fn energies_by_cells(field: &Field, r: &Columns) -> [f64; 3] {
-    let cells = Cells::new(r, field.reach(), &field.periodic);
-    let sorted;
-    let (field, ordered) = if cells.is_one() {
-        (field, r.clone())
-    } else {
-        sorted = field.sorted(|column| cells.sorted(column));
-        (&sorted, cells.sorted_vectors(r))
-    };
-    compose(field, InCells { field, r: &padded(ordered), n: r.len(), cells: &cells })
+    let Some(cells) = Cells::new(r, field.reach(), &field.periodic) else { return energies_of_all(field, r) };
+    let field = field.sorted(|column| cells.sorted(column));
+    compose(&field, InCells { field: &field, r: &padded(cells.sorted_vectors(r)), n: r.len(), cells: &cells })
+}
+
+/// The same of all pairs.
+fn energies_of_all(field: &Field, r: &Columns) -> [f64; 3] {
+    compose(field, Rows { field, r: &padded(r.clone()), n: r.len(), list: None })
 }
 
 /// With zeros behind, so that blocks of consecutive particles are whole.
@@ -82,7 +83,11 @@ impl PotentialJob for Rows<'_> {
 
     fn run<P: Potential, B: Potential>(self, near: P, bond: B) -> [f64; 3] {
         let Self { field, r, n, list } = self;
-        sums(n, |places, shares| dispatch(EnergyRows { law: (near, bond), field, r, n, list, places, shares }))
+        let law = (near, bond);
+        if list.is_none() && !field.periodic.any() {
+            return sums(n, |places, shares| dispatch(OpenRows { law, field, r, n, places, shares }));
+        }
+        sums(n, |places, shares| dispatch(EnergyRows { law, field, r, n, list, places, shares }))
     }
 }
 
@@ -122,7 +127,7 @@ impl<P: Potential, B: Potential> Kernel for EnergyCells<'_, P, B> {
         let mut first = places.start;
         for share in shares {
             let end = places.end.min(first + SHARE);
-            let mut visitor = Visitor(PairSums::new(simd, law, field, r));
+            let mut visitor = Visitor(PairSums::<_, _, _, false>::new(simd, law, field, r));
             cells.walk(first..end, &mut visitor);
             *share = visitor.0.energies();
             first = end;
@@ -131,7 +136,7 @@ impl<P: Potential, B: Potential> Kernel for EnergyCells<'_, P, B> {
 }
 
 /// Adds up the energies of one place after another.
-struct Visitor<'a, S: Simd, P: Potential, B: Potential>(PairSums<'a, S, P, B>);
+struct Visitor<'a, S: Simd, P: Potential, B: Potential>(PairSums<'a, S, P, B, false>);
 
 impl<S: Simd, P: Potential, B: Potential> Visit for Visitor<'_, S, P, B> {
     #[inline(always)]
@@ -162,12 +167,41 @@ impl<P: Potential, B: Potential> Kernel for EnergyRows<'_, P, B> {
         let mut first = places.start;
         for share in shares {
             let end = places.end.min(first + SHARE);
-            let mut sums = PairSums::new(simd, law, field, r);
+            let mut sums = PairSums::<_, _, _, false>::new(simd, law, field, r);
             for i in first..end {
                 match list {
                     None => sums.add_run(i, i + 1..n),
                     Some(list) => sums.add_listed(i, list.row(i)),
                 }
+            }
+            *share = sums.energies();
+            first = end;
+        }
+    }
+}
+
+/// Energies of consecutive rows of all pairs in open space.
+struct OpenRows<'a, P, B> {
+    law: (P, B),
+    field: &'a Field,
+    r: &'a Columns,
+    n: usize,
+    places: Range<usize>,
+    shares: &'a mut [[f64; 3]],
+}
+
+impl<P: Potential, B: Potential> Kernel for OpenRows<'_, P, B> {
+    type Output = ();
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) {
+        let Self { law, field, r, n, places, shares } = self;
+        let mut first = places.start;
+        for share in shares {
+            let end = places.end.min(first + SHARE);
+            let mut sums = PairSums::<_, _, _, true>::new(simd, law, field, r);
+            for i in first..end {
+                sums.add_run(i, i + 1..n);
             }
             *share = sums.energies();
             first = end;
@@ -190,6 +224,11 @@ impl<S: Simd> Partners<S> for Consecutive {
     #[inline(always)]
     fn of(&self, simd: S, column: &[f64]) -> S::F {
         load(simd, column, self.first)
+    }
+
+    #[inline(always)]
+    fn of_padded(&self, simd: S, column: &[f64]) -> S::F {
+        simd.load(column[self.first..].first_chunk().expect("a column with numbers behind its end"))
     }
 }
 
@@ -215,8 +254,8 @@ impl<S: Simd> Partners<S> for Listed<'_> {
     }
 }
 
-/// Energies of pairs, near field and binding.
-struct PairSums<'a, S: Simd, P: Potential, B: Potential> {
+/// Energies of pairs, near field and binding. What is `OPEN` needs no look at periodic directions.
+struct PairSums<'a, S: Simd, P: Potential, B: Potential, const OPEN: bool> {
     simd: S,
     law: (P, B),
     sums: (P::Sums<S>, B::Sums<S>),
@@ -224,7 +263,7 @@ struct PairSums<'a, S: Simd, P: Potential, B: Potential> {
     r: &'a Columns,
 }
 
-impl<'a, S: Simd, P: Potential, B: Potential> PairSums<'a, S, P, B> {
+impl<'a, S: Simd, P: Potential, B: Potential, const OPEN: bool> PairSums<'a, S, P, B, OPEN> {
     #[inline(always)]
     fn new(simd: S, law: (P, B), field: &'a Field, r: &'a Columns) -> Self {
         Self { simd, law, sums: (law.0.none(simd), law.1.none(simd)), field, r }
@@ -237,14 +276,31 @@ impl<'a, S: Simd, P: Potential, B: Potential> PairSums<'a, S, P, B> {
         [near.energy, bond.energy, near.size + bond.size]
     }
 
-    /// Adds the pairs of i with consecutive others.
+    /// Adds the pairs of i with consecutive others. Bonded ones are few, and looked at afterwards: together with the sums of
+    /// the near field theirs would not fit into the registers.
     #[inline(always)]
     fn add_run(&mut self, i: usize, run: Range<usize>) {
-        let mut first = run.start;
-        while first < run.end {
-            let count = LANES.min(run.end - first);
-            self.add(i, &Consecutive { first, count });
-            first += count;
+        let mut from = run.start;
+        while from < run.end {
+            let end = run.end.min(from + LANES * BLOCKS);
+            let block = |k: usize| {
+                let first = from + LANES * k;
+                Consecutive { first, count: LANES.min(end - first) }
+            };
+            let mut bonded = 0_u64;
+            for k in 0..(end - from).div_ceil(LANES) {
+                let partners = block(k);
+                let pairs = self.pairs(i, &partners);
+                self.law.0.add(&pairs, &mut self.sums.0);
+                bonded |= u64::from(self.law.1.concerns(&pairs)) << k;
+            }
+            while bonded != 0 {
+                let partners = block(bonded.trailing_zeros() as usize);
+                let pairs = self.pairs(i, &partners);
+                self.law.1.add(&pairs, &mut self.sums.1);
+                bonded &= bonded - 1;
+            }
+            from = end;
         }
     }
 
@@ -268,24 +324,29 @@ impl<'a, S: Simd, P: Potential, B: Potential> PairSums<'a, S, P, B> {
     /// Adds the pairs of i with up to eight partners.
     #[inline(always)]
     fn add(&mut self, i: usize, partners: &impl Partners<S>) {
+        let pairs = self.pairs(i, partners);
+        self.law.0.add(&pairs, &mut self.sums.0);
+        self.law.1.add(&pairs, &mut self.sums.1);
+    }
+
+    /// The pairs of i with up to eight partners.
+    #[inline(always)]
+    fn pairs<'p, Q: Partners<S>>(&self, i: usize, partners: &'p Q) -> Pairs<'p, S, Q> {
         let simd = self.simd;
         let periodic = &self.field.periodic;
         let Columns { x, y, z } = self.r;
         let d = [
-            partners.of(simd, x) - simd.splat(x[i]),
-            partners.of(simd, y) - simd.splat(y[i]),
-            partners.of(simd, z) - simd.splat(z[i]),
+            partners.of_padded(simd, x) - simd.splat(x[i]),
+            partners.of_padded(simd, y) - simd.splat(y[i]),
+            partners.of_padded(simd, z) - simd.splat(z[i]),
         ];
-        let d = separation(simd, periodic, periodic.any(), d);
+        let d = separation(simd, periodic, !OPEN && periodic.any(), d);
         let mut square = d[0] * d[0] + d[1] * d[1] + d[2] * d[2];
         if partners.count() < LANES {
             // Surplus lanes are infinitely far.
             let inside = simd.load(&LANE).le(simd.splat(partners.count() as f64 - 1.0));
             square = square.select(inside, simd.splat(f64::INFINITY));
         }
-        let inverse = simd.splat(1.0) / square.sqrt();
-        let pairs = Pairs { simd, own: i, partners, square, inverse };
-        self.law.0.add(&pairs, &mut self.sums.0);
-        self.law.1.add(&pairs, &mut self.sums.1);
+        Pairs { simd, own: i, partners, square, inverse: simd.splat(1.0) / square.sqrt() }
     }
 }

@@ -15,6 +15,11 @@ pub(super) trait Partners<S: Simd> {
     fn count(&self) -> usize;
     /// Their values in a column; anything beyond their number.
     fn of(&self, simd: S, column: &[f64]) -> S::F;
+    /// The same, from a column with seven numbers behind its end.
+    #[inline(always)]
+    fn of_padded(&self, simd: S, column: &[f64]) -> S::F {
+        self.of(simd, column)
+    }
 }
 
 /// One particle and its partners; surplus ones are infinitely far.
@@ -52,6 +57,8 @@ pub(super) trait Potential: Copy + Sync {
     type Sums<S: Simd>: Copy;
     /// Of no pairs.
     fn none<S: Simd>(self, simd: S) -> Self::Sums<S>;
+    /// Whether it adds anything of these eight pairs.
+    fn concerns<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> bool;
     /// Adds eight pairs.
     fn add<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, sums: &mut Self::Sums<S>);
     /// What the sums amount to.
@@ -67,6 +74,11 @@ impl Potential for Nothing {
 
     #[inline(always)]
     fn none<S: Simd>(self, _: S) {}
+
+    #[inline(always)]
+    fn concerns<S: Simd, P: Partners<S>>(self, _: &Pairs<'_, S, P>) -> bool {
+        false
+    }
 
     #[inline(always)]
     fn add<S: Simd, P: Partners<S>>(self, _: &Pairs<'_, S, P>, (): &mut ()) {}
@@ -100,6 +112,11 @@ impl Potential for OneTwo {
     #[inline(always)]
     fn none<S: Simd>(self, simd: S) -> OneTwoSums<S::F> {
         OneTwoSums { logarithm: LogarithmSum::new(simd), inverse: simd.splat(0.0), count: simd.splat(0.0) }
+    }
+
+    #[inline(always)]
+    fn concerns<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> bool {
+        S::F::any(pairs.square.le(pairs.simd.splat(self.reach)))
     }
 
     #[inline(always)]
@@ -178,6 +195,11 @@ impl Potential for General<'_> {
     }
 
     #[inline(always)]
+    fn concerns<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> bool {
+        S::F::any(pairs.square.le(pairs.simd.splat(self.reach)))
+    }
+
+    #[inline(always)]
     fn add<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, sums: &mut Plain<S::F>) {
         let simd = pairs.simd;
         let mut energy = simd.splat(0.0);
@@ -215,6 +237,11 @@ impl Potential for LogarithmBond {
     }
 
     #[inline(always)]
+    fn concerns<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> bool {
+        S::F::any(pairs.square.le(pairs.simd.splat(self.reach)))
+    }
+
+    #[inline(always)]
     fn add<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, (logarithm, count): &mut Self::Sums<S>) {
         let (simd, one) = (pairs.simd, pairs.simd.splat(1.0));
         let bonded = pairs.square.le(simd.splat(self.reach));
@@ -235,6 +262,20 @@ impl Potential for LogarithmBond {
 #[derive(Clone, Copy)]
 struct AnyBond<'a>(&'a BindingTerm);
 
+impl AnyBond<'_> {
+    /// Squares of the activation distances [m^2].
+    #[inline(always)]
+    fn reach<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> S::F {
+        let (Self(term), simd) = (self, pairs.simd);
+        let sum = match &term.radius {
+            Some(radius) => pairs.partners.of(simd, radius) + simd.splat(radius[pairs.own]),
+            None => simd.splat(term.largest + term.largest),
+        };
+        let reach = simd.splat(term.range) * sum;
+        reach * reach
+    }
+}
+
 impl Potential for AnyBond<'_> {
     type Sums<S: Simd> = Plain<S::F>;
 
@@ -244,14 +285,14 @@ impl Potential for AnyBond<'_> {
     }
 
     #[inline(always)]
+    fn concerns<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>) -> bool {
+        S::F::any(pairs.square.le(self.reach(pairs)))
+    }
+
+    #[inline(always)]
     fn add<S: Simd, P: Partners<S>>(self, pairs: &Pairs<'_, S, P>, sums: &mut Plain<S::F>) {
         let (Self(term), simd) = (self, pairs.simd);
-        let sum = match &term.radius {
-            Some(radius) => pairs.partners.of(simd, radius) + simd.splat(radius[pairs.own]),
-            None => simd.splat(term.largest + term.largest),
-        };
-        let reach = simd.splat(term.range) * sum;
-        let reach_square = reach * reach;
+        let reach_square = self.reach(pairs);
         let bonded = pairs.square.le(reach_square);
         if !S::F::any(bonded) {
             return;

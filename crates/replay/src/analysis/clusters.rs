@@ -112,16 +112,16 @@ impl Close<'_> {
     /// bonds put it that joined the cluster; one that spans the box has no such places for all, and its radius says little.
     fn gyration(&self, of: &[u32], count: usize, joined: &mut Joined) -> Vec<f64> {
         let mass = &self.particles.mass;
-        let mut place = |i: usize| joined.root(i as u32).1;
+        let place: Vec<Vector3<f64>> = (0..of.len()).map(|i| joined.root(i as u32).1).collect();
         let (mut total, mut centre) = (vec![0.0; count], vec![Vector3::zeros(); count]);
         for (i, &cluster) in of.iter().enumerate() {
             total[cluster as usize] += mass[i];
-            centre[cluster as usize] += mass[i] * place(i);
+            centre[cluster as usize] += mass[i] * place[i];
         }
         let mut square = vec![0.0; count];
         for (i, &cluster) in of.iter().enumerate() {
             let k = cluster as usize;
-            square[k] += mass[i] * (place(i) - centre[k] / total[k]).norm_squared();
+            square[k] += mass[i] * (place[i] - centre[k] / total[k]).norm_squared();
         }
         square.iter().zip(&total).map(|(square, total)| (square / total).sqrt()).collect()
     }
@@ -169,6 +169,10 @@ impl Joined {
     /// Joins i and j, r_j - r_i apart.
     fn join(&mut self, i: u32, j: u32, separation: impl Fn(usize, usize) -> Vector3<f64>) {
         self.pairs += 1;
+        // Most pairs of a cluster are joined already, and have been moved next to its root.
+        if self.parent[i as usize] == self.parent[j as usize] {
+            return;
+        }
         let ((a, from_a), (b, from_b)) = (self.root(i), self.root(j));
         if a == b {
             return;

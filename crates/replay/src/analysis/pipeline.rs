@@ -1,10 +1,10 @@
-//! A pipeline: one thread reads and decompresses, all decode and recompute, one adds up, each a batch ahead of the next.
+//! A pipeline: while one batch is read and decompressed, the one before is decoded and recomputed by all threads that are
+//! left, and what came of the one before that is added up.
 //!
 //! What comes out is in the log's order, and depends neither on the number of threads nor on how the log is cut into
 //! batches: every state is recomputed by itself.
 
 use std::io::{Read, Seek};
-use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
 use agglo_record::channels::Topic;
 use rayon::prelude::*;
@@ -13,8 +13,9 @@ use super::Failed;
 use super::fold::Part;
 use super::state::Basis;
 use crate::error::{Damage, LogError};
+use crate::judge::Judge;
 use crate::log::Log;
-use crate::messages::{Message, RawMessage, senseless};
+use crate::messages::{Message, RawMessage, RawMessages, senseless};
 
 /// A batch is closed when its messages have this size together [bytes]: enough work for all threads, and little beside
 /// one message of a large cloud.
@@ -53,76 +54,80 @@ pub fn run<R: Read + Seek + Send>(
     every: u64,
     mut take: impl FnMut(Outcome) -> Result<(), Failed>,
 ) -> Result<u64, Failed> {
-    std::thread::scope(|scope| {
-        // Rendezvous: while one batch is worked on the next is read, and no more than that is held.
-        let (read_sender, read_receiver) = sync_channel(0);
-        let (sender, receiver) = sync_channel(0);
-        let reader = scope.spawn(move || read(log, every, &read_sender));
-        scope.spawn(move || recompute(&read_receiver, basis, &sender));
-        let mut outcomes = receiver.iter().flatten().flatten();
-        let result = outcomes.try_for_each(&mut take);
-        // The others stop when nobody listens.
-        drop(receiver);
-        let states = reader.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
-        result.map(|()| states)
-    })
+    let size = log.size();
+    let judge = match log.judge(&TOPICS) {
+        Ok(judge) => judge,
+        Err(error) => return take(Outcome::Failed(error)).map(|()| 0),
+    };
+    let messages = log.raw_messages().only(&TOPICS);
+    let mut reader = Reader { messages, judge, size, every, states: 0, ended: false };
+    let (mut read, mut recomputed) = (reader.batch(), Vec::new());
+    while !(read.is_empty() && recomputed.is_empty() && reader.ended) {
+        let (mut next, mut outcomes) = (Vec::new(), Vec::new());
+        rayon::in_place_scope(|scope| {
+            scope.spawn(|_| next = reader.batch());
+            scope.spawn(|_| outcomes = read.into_par_iter().map(|piece| outcome(piece, basis)).collect());
+            recomputed.drain(..).flatten().try_for_each(&mut take)
+        })?;
+        (read, recomputed) = (next, outcomes);
+    }
+    Ok(reader.states)
 }
 
-fn read<R: Read + Seek>(log: &mut Log<R>, every: u64, sender: &SyncSender<Vec<Piece>>) -> u64 {
-    let (mut batch, mut bytes, mut states) = (Vec::new(), 0, 0);
-    let size = log.size();
-    let mut judge = match log.judge(&TOPICS) {
-        Ok(judge) => judge,
-        Err(error) => {
-            _ = sender.send(vec![Piece::Failed(error)]);
-            return states;
-        }
-    };
-    let mut messages = log.raw_messages().only(&TOPICS);
-    while let Some(message) = messages.next() {
-        let piece = match message {
-            Ok(message) => {
-                judge.message(&message, messages.offset());
-                if message.channel.topic == Some(Topic::Log)
-                    && let Ok(Some(entry)) = message.decode()
-                {
-                    judge.entry(&entry, messages.offset());
-                }
-                batch.extend(judge.take().into_iter().map(Piece::Wrong));
-                if message.channel.topic == Some(Topic::Particles) {
-                    states += 1;
-                    if !(states - 1_u64).is_multiple_of(every) {
-                        continue;
+/// Reads a log a batch at a time.
+struct Reader<'a, R> {
+    messages: RawMessages<'a, R>,
+    judge: Judge,
+    /// Of the file [bytes].
+    size: u64,
+    every: u64,
+    /// States so far.
+    states: u64,
+    ended: bool,
+}
+
+impl<R: Read + Seek> Reader<'_, R> {
+    /// The next batch; empty at the end.
+    fn batch(&mut self) -> Vec<Piece> {
+        let (mut batch, mut bytes) = (Vec::new(), 0);
+        while bytes < BATCH && batch.len() < BATCH / 64 && !self.ended {
+            match self.messages.next() {
+                Some(Ok(message)) => {
+                    let offset = self.messages.offset();
+                    let wanted = self.judge(&message, offset);
+                    batch.extend(self.judge.take().into_iter().map(Piece::Wrong));
+                    if wanted {
+                        bytes += message.data.len();
+                        batch.push(Piece::Message(message, offset));
                     }
                 }
-                bytes += message.data.len();
-                Piece::Message(message, messages.offset())
-            }
-            Err(LogError::Damaged(damage)) => {
-                judge.lose();
-                Piece::Lost(damage)
-            }
-            Err(other) => Piece::Failed(other),
-        };
-        batch.push(piece);
-        if bytes >= BATCH || batch.len() >= BATCH / 64 {
-            bytes = 0;
-            if sender.send(std::mem::take(&mut batch)).is_err() {
-                return states;
+                Some(Err(LogError::Damaged(damage))) => {
+                    self.judge.lose();
+                    batch.push(Piece::Lost(damage));
+                }
+                Some(Err(other)) => batch.push(Piece::Failed(other)),
+                None => {
+                    self.ended = true;
+                    batch.extend(self.judge.finish(self.size).into_iter().map(Piece::Wrong));
+                }
             }
         }
+        batch
     }
-    batch.extend(judge.finish(size).into_iter().map(Piece::Wrong));
-    // Nobody listening is for the other side to explain.
-    _ = sender.send(batch);
-    states
-}
 
-fn recompute(receiver: &Receiver<Vec<Piece>>, basis: &Basis, sender: &SyncSender<Vec<Option<Outcome>>>) {
-    for batch in receiver {
-        if sender.send(batch.into_par_iter().map(|piece| outcome(piece, basis)).collect()).is_err() {
-            return;
+    /// Judges a message, and tells whether it is to be looked into.
+    fn judge(&mut self, message: &RawMessage, offset: u64) -> bool {
+        self.judge.message(message, offset);
+        if message.channel.topic == Some(Topic::Log)
+            && let Ok(Some(entry)) = message.decode()
+        {
+            self.judge.entry(&entry, offset);
         }
+        if message.channel.topic != Some(Topic::Particles) {
+            return true;
+        }
+        self.states += 1;
+        (self.states - 1).is_multiple_of(self.every)
     }
 }
 

@@ -1,10 +1,8 @@
 //! The near field without a cut-off, by a fast multipole method: pairs of distant cells meet by Cartesian expansions.
 //!
-//! A tree is built afresh from every set of positions. Moments go up from leaves to the root; each cell meets others that
-//! are small for their distance, and what that makes of its local expansion goes down to its particles; neighbouring
-//! leaves meet pair by pair, with the same laws as everywhere. Order and distance from which cells meet by expansions are
-//! the cheapest that keep a sample of the forces at the start within the error that the scene allows. Results depend on positions alone, never
-//! on threads or instruction sets.
+//! A tree is built afresh from every set of positions. Moments go up from its leaves, cells that are small for their
+//! distance meet by expansions, what they make of each other goes down, and neighbouring leaves meet pair by pair. Order and
+//! opening are the cheapest that keep a sample of the forces at the start within the scene's error.
 
 mod expansion;
 mod leaves;
