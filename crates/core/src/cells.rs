@@ -25,6 +25,8 @@ const NEAR: usize = 8;
 #[derive(Clone, Debug)]
 pub struct Cells {
     grid: Grid,
+    /// Cells are at least this wide [m].
+    reach: f64,
     /// The point at every place, length n.
     order: Vec<u32>,
     index: Index,
@@ -75,7 +77,7 @@ impl Cells {
             return None;
         }
         let (order, index) = if grid.cells() <= (TABLE * n) as u128 { counted(r, &grid) } else { sorted(r, &grid) };
-        Some(Self { grid, order, index })
+        Some(Self { grid, reach, order, index })
     }
 
     /// The point at every place, length n.
@@ -88,6 +90,27 @@ impl Cells {
     #[must_use]
     pub fn sorted(&self, column: &[f64]) -> Vec<f64> {
         self.order.iter().map(|&i| column[i as usize]).collect()
+    }
+
+    /// How far pairs may be apart that are met [m].
+    #[must_use]
+    pub fn reach(&self) -> f64 {
+        self.reach
+    }
+
+    /// Runs of places of all that may be as near as the reach to point i, itself included.
+    pub fn near(&self, r: &Columns, i: usize) -> impl Iterator<Item = Range<usize>> + '_ {
+        let grid = &self.grid;
+        let [x, y, z] = grid.cell(r, i);
+        let (left, right) = (grid.step(0, x, -1), grid.step(0, x, 1));
+        let (from, to) = (left.unwrap_or(x).min(x), right.unwrap_or(x).max(x));
+        // Across the end of a periodic direction there is a second run.
+        let beyond = left.filter(|left| *left > x).or(right.filter(|right| *right < x));
+        let rows = (-1..=1).flat_map(|dz| (-1..=1).map(move |dy| [dy, dz]));
+        rows.filter_map(move |[dy, dz]| Some([grid.step(1, y, dy)?, grid.step(2, z, dz)?]))
+            .flat_map(move |[y, z]| [Some((from, to)), beyond.map(|x| (x, x))].map(|run| run.map(|run| (run, y, z))))
+            .flatten()
+            .map(move |((from, to), y, z)| self.index.between(grid, [from, y, z], to, 0).0)
     }
 
     /// Vectors in the order of places.
@@ -310,6 +333,15 @@ mod tests {
                 }
             }
             assert!((0..n).all(|i| met[i * n + i] == 0));
+            for i in (0..n).step_by(13) {
+                let mut near: Vec<usize> = cells.near(&r, i).flatten().map(|p| cells.order()[p] as usize).collect();
+                near.sort_unstable();
+                assert!(near.windows(2).all(|pair| pair[0] < pair[1]), "{n} {length:?} {i}: one twice");
+                for j in 0..n {
+                    let close = periodic.separation(&r, i, j).norm() <= 1.0;
+                    assert!(!close || near.binary_search(&j).is_ok(), "{n} {length:?} {i} {j}: missed");
+                }
+            }
         }
     }
 }

@@ -69,15 +69,32 @@ impl Search {
 /// Calls `visit` for each pair with s <= factor (b_i + b_j) at positions r once, in no particular order but always the
 /// same; memory is linear in the number of particles, however many pairs there are.
 pub fn visit_close(r: &Columns, radius: &[f64], periodic: &Periodic, factor: f64, visit: impl FnMut(ClosePair)) {
+    visit_close_in(cells(r, radius, periodic, factor).as_ref(), r, radius, periodic, factor, visit);
+}
+
+/// The cells that pairs with s <= factor (b_i + b_j) are found in; `None` where all pairs are looked at.
+#[must_use]
+pub fn cells(r: &Columns, radius: &[f64], periodic: &Periodic, factor: f64) -> Option<Cells> {
     let largest = radius.iter().copied().fold(0.0, f64::max);
-    let cells = Cells::new(r, 2.0 * largest * factor * (1.0 + TOUCHING), periodic);
+    Cells::new(r, 2.0 * largest * factor * (1.0 + TOUCHING), periodic)
+}
+
+/// [`visit_close`] in these [`cells`].
+pub fn visit_close_in(
+    cells: Option<&Cells>,
+    r: &Columns,
+    radius: &[f64],
+    periodic: &Periodic,
+    factor: f64,
+    visit: impl FnMut(ClosePair),
+) {
     let Some(cells) = cells else {
         let test = Test::new(r, radius, periodic, factor);
         return dispatch(Walk { cells: None, test, visit });
     };
     let (r, radius) = (cells.sorted_vectors(r), cells.sorted(radius));
     let test = Test::new(&r, &radius, periodic, factor);
-    dispatch(Walk { cells: Some(&cells), test, visit });
+    dispatch(Walk { cells: Some(cells), test, visit });
 }
 
 /// Looks at every pair once, or at every pair that cells bring together.
