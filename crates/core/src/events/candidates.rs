@@ -110,6 +110,7 @@ impl Candidates {
         for j in self.near(launch, i) {
             self.touches.push(Touch { i: i.min(j), partner: Partner::Particle(i.max(j) as u32) });
         }
+        self.largest = self.largest.max(radius[i] * (1.0 + 2.0 * TOUCHING) + reach);
         for (w, wall) in launch.domain.walls.iter().enumerate() {
             let touch = Touch { i, partner: Partner::Wall(w as u32) };
             if wall.distance(&r) <= radius[i] + reach && !self.chain(i).any(|k| self.touches[k] == touch) {
@@ -123,7 +124,7 @@ impl Candidates {
     }
 
     /// Particles whose own reach meets that of particle i and that are no candidates yet, ascending.
-    fn near(&mut self, launch: &Launch<'_>, i: usize) -> Vec<usize> {
+    fn near(&self, launch: &Launch<'_>, i: usize) -> Vec<usize> {
         let (radius, periodic) = (&launch.particles.radius, &launch.domain.periodic);
         let own = radius[i] + self.reach[i];
         let close = |&j: &usize| {
@@ -138,7 +139,6 @@ impl Candidates {
             _ => (0..radius.len()).filter(close).collect(),
         };
         found.sort_unstable();
-        self.largest = self.largest.max(own * (1.0 + 2.0 * TOUCHING));
         found
     }
 
