@@ -37,6 +37,7 @@ pub mod stagger;
 pub mod state;
 mod step;
 pub mod step_control;
+mod tasks;
 pub mod thermal;
 
 pub use error::{RunError, SetupError};

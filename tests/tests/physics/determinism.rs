@@ -178,10 +178,11 @@ fn a_run_in_two_halves_is_the_same_run() {
             "gauss-radau",
             every(&with(&cloud(150, 0.7, json!("none")), &[("/solver/integrator", json!("gauss-radau"))]), 10),
         ),
-        (
-            "gauss-legendre, lists",
-            every(&with(&cloud(1500, 1.6, json!(0.18)), &[("/solver/integrator", json!("gauss-legendre"))]), 10),
-        ),
+        // Collocation begins anew at every crossing of the cut-off, and here there are very many.
+        ("gauss-legendre, lists", {
+            let changes = [("/solver/integrator", json!("gauss-legendre")), ("/duration", json!(5e-4))];
+            every(&with(&cloud(1500, 1.6, json!(0.18)), &changes), 10)
+        }),
         ("ball", every(&shipped("bouncing-ball"), 100)),
         ("hard spheres", every(&with(&shipped("free-cooling-gas"), &[("/duration", json!(2.0))]), 4)),
     ] {

@@ -2,7 +2,7 @@
 
 use crate::simd::{Task, vectorized};
 use crate::state::Columns;
-use rayon::prelude::*;
+use crate::tasks;
 
 /// Numbers that are summed side by side; rows are padded to a multiple of it.
 const LANES: usize = 8;
@@ -80,11 +80,8 @@ impl Rows {
                 out,
             });
         };
-        if out.len() < 2 * SHARE {
-            combine(0, out);
-        } else {
-            out.par_chunks_mut(SHARE).enumerate().for_each(|(task, out)| combine(task * SHARE, out));
-        }
+        let parallel = out.len() >= 2 * SHARE;
+        tasks::each(out, SHARE, parallel, &|task, out| combine(task * SHARE, out));
     }
 }
 

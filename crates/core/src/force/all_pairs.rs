@@ -7,7 +7,7 @@ use super::composition::{Bond, Job, Law, Ordered, Pairs, Partners, compose, pull
 use super::near_field::Field;
 use crate::simd::{Arithmetic, Block, Eight, Kernel, LANES, Lanes, Simd, blocks, dispatch, fill};
 use crate::state::Columns;
-use rayon::prelude::*;
+use crate::tasks;
 use std::ops::Range;
 
 /// Particles from which strips are worth their overhead.
@@ -61,17 +61,12 @@ impl AllPairs {
         }
         compose(field, ordered, Work { field, weight: weight.as_deref(), n: r.len(), position, strips });
         for (axis, force) in force.axes_mut().into_iter().enumerate() {
-            let add = |(share, force): (usize, &mut [f64])| {
+            sums.fill(0.0);
+            tasks::each(sums, SHARE, strips.len() > 1, &|share, force| {
                 for strip in strips.iter() {
                     strip.add(axis, share * SHARE, force);
                 }
-            };
-            sums.fill(0.0);
-            if strips.len() == 1 {
-                sums.chunks_mut(SHARE).enumerate().for_each(add);
-            } else {
-                sums.par_chunks_mut(SHARE).enumerate().for_each(add);
-            }
+            });
             for (sum, &i) in sums.iter().zip(order.iter()) {
                 force[i as usize] += sum;
             }
@@ -114,16 +109,16 @@ impl Job for Work<'_> {
     fn run<L: Law, B: Bond>(self, law: L, bond: B) {
         let Self { field, weight, n, position, strips } = self;
         let periodic = field.periodic.any();
-        let run = |strip: &mut Strip| {
-            for axis in &mut strip.force {
-                axis.fill(Block::default());
+        let run = |_: usize, strips: &mut [Strip]| {
+            for strip in strips {
+                for axis in &mut strip.force {
+                    axis.fill(Block::default());
+                }
+                dispatch(Triangle { law, bond, field, periodic, weight, n, position, strip });
             }
-            dispatch(Triangle { law, bond, field, periodic, weight, n, position, strip });
         };
-        match strips {
-            [strip] => run(strip),
-            strips => strips.par_iter_mut().for_each(run),
-        }
+        let parallel = strips.len() > 1;
+        tasks::each(strips, 1, parallel, &run);
     }
 }
 

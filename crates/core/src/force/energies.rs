@@ -8,7 +8,7 @@ use crate::math::Sum;
 use crate::neighbor::{NeighborList, Neighbors, load};
 use crate::simd::{Eight, Kernel, LANES, Lanes, Simd, dispatch};
 use crate::state::Columns;
-use rayon::prelude::*;
+use crate::tasks;
 use std::ops::Range;
 
 /// Places whose energies are summed together.
@@ -58,15 +58,10 @@ fn padded(mut r: Columns) -> Columns {
 /// Sums of what `fill` makes of the places in every share of so many, a task at a time.
 fn sums(n: usize, fill: impl Fn(Range<usize>, &mut [[f64; 3]]) + Sync) -> [f64; 3] {
     let mut shares = vec![[0.0; 3]; n.div_ceil(SHARE)];
-    let task = |(task, shares): (usize, &mut [[f64; 3]])| {
+    tasks::each(&mut shares, TASK, n >= PARALLEL_FROM, &|task, shares| {
         let first = task * TASK * SHARE;
         fill(first..n.min(first + TASK * SHARE), shares);
-    };
-    if n < PARALLEL_FROM {
-        shares.chunks_mut(TASK).enumerate().for_each(task);
-    } else {
-        shares.par_chunks_mut(TASK).enumerate().for_each(task);
-    }
+    });
     std::array::from_fn(|k| shares.iter().map(|energies| energies[k]).collect::<Sum>().value())
 }
 

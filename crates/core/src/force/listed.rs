@@ -8,6 +8,7 @@ use super::near_field::Field;
 use crate::neighbor::{NeighborList, Rows, TASK};
 use crate::simd::{Arithmetic, Block, Eight, Kernel, LANES, Lanes, Simd, dispatch};
 use crate::state::Columns;
+use crate::tasks;
 use rayon::prelude::*;
 
 /// Particles from which tasks are worth their overhead.
@@ -112,15 +113,11 @@ impl Job for Work<'_> {
     fn run<L: Law, B: Bond>(self, law: L, bond: B) {
         let Self { field, list, records, forces } = self;
         let periodic = field.periodic.any();
-        let run = |(task, (rows, forces)): (usize, (&Rows, &mut [[f64; 3]]))| {
-            let first = task * TASK;
+        let run = |task: usize, forces: &mut [[f64; 3]]| {
+            let (rows, first) = (&list.tasks()[task], task * TASK);
             dispatch(ListedRows { law, bond, field, periodic, records, first, rows, forces });
         };
-        if records.len() < PARALLEL_FROM {
-            list.tasks().iter().zip(forces.chunks_mut(TASK)).enumerate().for_each(run);
-        } else {
-            list.tasks().par_iter().zip(forces.par_chunks_mut(TASK)).enumerate().for_each(run);
-        }
+        tasks::each(forces, TASK, records.len() >= PARALLEL_FROM, &run);
     }
 }
 

@@ -170,7 +170,7 @@ impl Instant {
     /// Rounds of impacts, rest, hold. Velocities, accelerations and temperatures of the bodies change.
     pub fn solve(&mut self, moment: &Moment<'_>, impacts: &mut Vec<Impact>, booked: &mut Booked) {
         let fastest = (0..self.joints.len()).map(|k| self.approach(k)).fold(0.0, f64::max);
-        let speed = self.bodies.iter().map(|body| body.v.norm()).fold(0.0, f64::max);
+        let speed = self.speed();
         let length = self.joints.iter().map(|joint| joint.radius).fold(0.0, f64::max);
         let still = (ROUND_OFF * fastest).max(VELOCITY_ROUND_OFF * speed).max(LENGTH_ROUND_OFF * length / moment.dt);
         booked.contacts += (0..self.joints.len()).filter(|&k| self.approach(k) > still).count() as u64;
@@ -185,6 +185,11 @@ impl Instant {
         booked.residual = (0..self.joints.len()).map(|k| self.approach(k)).fold(booked.residual, f64::max);
         self.hold(moment, booked);
         booked.fallbacks += u64::from(self.fell_back);
+    }
+
+    /// The fastest body's [m/s].
+    fn speed(&self) -> f64 {
+        self.bodies.iter().map(|body| body.v.norm()).fold(0.0, f64::max)
     }
 
     /// u of contact k: the speed at which its gap closes [m/s].

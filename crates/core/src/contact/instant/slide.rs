@@ -1,6 +1,6 @@
 //! Friction of several contacts at once, (33): the least kinetic energy over the discs that their impulses allow.
 
-use super::{Booked, Few, Instant, Joint, MAX_FRICTION_SWEEPS, Moment, RUBBED};
+use super::{Booked, Few, Instant, Joint, MAX_FRICTION_SWEEPS, Moment, RUBBED, VELOCITY_ROUND_OFF};
 use nalgebra::Vector3;
 use smallvec::smallvec;
 
@@ -27,6 +27,11 @@ impl Instant {
         }
         let Some(friction) = moment.law.friction else { return slips };
         let fastest = members.iter().map(|&k| self.sliding(k).norm()).fold(0.0, f64::max);
+        // Sliding below the round-off of velocities cannot be taken out.
+        let still = (RUBBED * fastest).max(VELOCITY_ROUND_OFF * self.speed());
+        if fastest <= still {
+            return slips;
+        }
         let mut decided = false;
         for _ in 0..MAX_FRICTION_SWEEPS {
             let mut worst: f64 = 0.0;
@@ -35,7 +40,7 @@ impl Instant {
                     if slips[row] { friction.dynamic } else { friction.static_ } * self.joints[k].impulse.max(0.0);
                 worst = worst.max(self.rub_one(k, limit, booked) / self.joints[k].effective_mass);
             }
-            let settled = worst <= RUBBED * fastest || members.len() == 1;
+            let settled = worst <= still || members.len() == 1;
             if settled && decided {
                 return slips;
             }
@@ -43,7 +48,7 @@ impl Instant {
                 // Those at the static bound slide, with the dynamic coefficient.
                 for (row, &k) in members.iter().enumerate() {
                     let limit = friction.static_ * self.joints[k].impulse.max(0.0);
-                    slips[row] = self.sliding(k).norm() > RUBBED * fastest
+                    slips[row] = self.sliding(k).norm() > still
                         && self.joints[k].tangential.norm() >= limit * (1.0 - RUBBED);
                 }
                 decided = true;

@@ -279,7 +279,8 @@ impl Job for AllTasks<'_> {
             parts.push((task, own));
             forces = rest;
         }
-        let one = |(task, forces): (&Task, &mut [[f64; 3]])| {
+        // As in `tasks::each`: threads are compiled once and not for every law.
+        let one: &(dyn Fn((&Task, &mut [[f64; 3]])) -> u64 + Sync) = &|(task, forces)| {
             let meetings = task.meetings(prepared.tree, prepared.rule);
             task_forces(prepared, near, (task, task.parent), &meetings, forces, (law, bond))
         };
@@ -327,7 +328,7 @@ impl PotentialJob for AllEnergies<'_> {
 
     fn run<P: Potential, B: Potential>(self, near: P, bond: B) -> [f64; 3] {
         let prepared = self.0;
-        let one = |task: &Task| {
+        let one: &(dyn Fn(&Task) -> [f64; 3] + Sync) = &|task| {
             let meetings = task.meetings(prepared.tree, prepared.rule);
             let at_leaf = Energies { law: (near, bond), tree: prepared.tree, sums: [Sum::default(); 3] };
             let done = dispatch(prepared.sweep(&meetings, task.parent, &mut Vec::new(), at_leaf));
