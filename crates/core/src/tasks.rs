@@ -5,12 +5,7 @@ use rayon::prelude::*;
 /// Calls `work` with the number and the places of every task of `size` places, on all threads where `parallel`.
 ///
 /// What is called is not a type parameter: threads are then compiled once, and not for every law of force.
-pub(crate) fn each<T: Send>(
-    places: &mut [T],
-    size: usize,
-    parallel: bool,
-    work: &(dyn Fn(usize, &mut [T]) + Sync),
-) {
+pub(crate) fn each<T: Send>(places: &mut [T], size: usize, parallel: bool, work: &(dyn Fn(usize, &mut [T]) + Sync)) {
     if parallel {
         places.par_chunks_mut(size).enumerate().for_each(|(task, places)| work(task, places));
     } else {

@@ -48,8 +48,8 @@ impl Instant {
                 // Those at the static bound slide, with the dynamic coefficient.
                 for (row, &k) in members.iter().enumerate() {
                     let limit = friction.static_ * self.joints[k].impulse.max(0.0);
-                    slips[row] = self.sliding(k).norm() > still
-                        && self.joints[k].tangential.norm() >= limit * (1.0 - RUBBED);
+                    slips[row] =
+                        self.sliding(k).norm() > still && self.joints[k].tangential.norm() >= limit * (1.0 - RUBBED);
                 }
                 decided = true;
                 if !slips.contains(&true) {
