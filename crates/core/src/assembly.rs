@@ -145,7 +145,8 @@ pub fn integrator(scene: &Scene) -> IntegratorKind {
     })
 }
 
-/// Whether impacts and jumps of forces are located in time: in `consistent`, by the schemes of first and second order.
+/// Whether impacts and jumps of forces are located within steps where the scene does not say: in `consistent`, by the schemes
+/// of first and second order. Steps of collocation schemes end at them.
 #[must_use]
 pub fn locates(scene: &Scene) -> bool {
     scene.model == ModelKind::Consistent && Integrator::of(integrator(scene)).collocation.is_none()

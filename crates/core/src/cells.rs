@@ -58,6 +58,23 @@ impl Runs {
     }
 }
 
+/// A row of cells along x.
+#[derive(Clone, Copy, Debug)]
+struct Row {
+    /// Its y and z.
+    at: [i64; 2],
+    /// Those of the rows that follow it; `None` beyond the ends of an open direction.
+    following: [Option<[i64; 2]>; ROWS.len()],
+}
+
+impl Row {
+    /// That of a cell.
+    fn of(grid: &Grid, [_, y, z]: [i64; 3]) -> Self {
+        let following = ROWS.map(|[dy, dz]| Some([grid.step(1, y, dy)?, grid.step(2, z, dz)?]));
+        Self { at: [y, z], following }
+    }
+}
+
 /// Sees places. A trait and not a closure, because a closure is compiled apart, for instructions that every machine has.
 pub trait Visit {
     /// Sees a place and the runs of places that its point meets; to be inlined.
@@ -124,12 +141,17 @@ impl Cells {
     #[inline(always)]
     pub fn walk(&self, places: Range<usize>, visitor: &mut impl Visit) {
         let mut cell = self.index.holding(places.start);
+        let mut at = self.index.cell(&self.grid, cell);
+        let mut row = Row::of(&self.grid, at);
         let mut cursors = [0; ROWS.len()];
         let mut place = places.start;
         while place < places.end {
             let end = self.index.first(cell + 1).min(places.end);
             if place < end {
-                let mut runs = self.runs(cell, &mut cursors);
+                if [at[1], at[2]] != row.at {
+                    row = Row::of(&self.grid, at);
+                }
+                let mut runs = self.runs(cell, at[0], &row, &mut cursors);
                 for place in place..end {
                     runs.runs[0].start = place + 1;
                     visitor.visit(place, &runs.runs[..runs.count]);
@@ -137,32 +159,33 @@ impl Cells {
                 place = end;
             }
             cell += 1;
+            at = self.index.after(&self.grid, cell, at);
         }
     }
 
-    /// The runs that the points of a cell meet; the first begins behind the point itself.
-    fn runs(&self, cell: usize, cursors: &mut [usize; ROWS.len()]) -> Runs {
+    /// The runs that the points of a cell, at `x` in a row, meet; the first begins behind the point itself.
+    fn runs(&self, cell: usize, x: i64, row: &Row, cursors: &mut [usize; ROWS.len()]) -> Runs {
         let mut runs = Runs::default();
         runs.runs[0] = self.index.first(cell)..self.index.first(cell + 1);
         runs.count = 1;
         let grid = &self.grid;
-        let [x, y, z] = self.index.cell(grid, cell);
-        let row = |from: i64, to: i64, y: i64, z: i64, near: usize| self.index.between(grid, [from, y, z], to, near);
+        let between =
+            |from: i64, to: i64, [y, z]: [i64; 2], near: usize| self.index.between(grid, [from, y, z], to, near);
         if grid.is_last(0, x) {
-            runs.push(row(0, 0, y, z, 0).0);
+            runs.push(between(0, 0, row.at, 0).0);
         } else if let Some(next) = grid.step(0, x, 1) {
-            runs.runs[0].end = row(next, next, y, z, cell).0.end.max(runs.runs[0].end);
+            runs.runs[0].end = between(next, next, row.at, cell).0.end.max(runs.runs[0].end);
         }
         let (left, right) = (grid.step(0, x, -1), grid.step(0, x, 1));
         let (from, to) = (left.unwrap_or(x).min(x), right.unwrap_or(x).max(x));
-        for ([dy, dz], cursor) in ROWS.into_iter().zip(cursors) {
-            let (Some(y), Some(z)) = (grid.step(1, y, dy), grid.step(2, z, dz)) else { continue };
-            let (run, found) = row(from, to, y, z, *cursor);
+        for (following, cursor) in row.following.iter().zip(cursors) {
+            let &Some(following) = following else { continue };
+            let (run, found) = between(from, to, following, *cursor);
             *cursor = found;
             runs.push(run);
             // Across the end of a periodic direction there is a second run.
             for other in [left.filter(|left| *left > x), right.filter(|right| *right < x)].into_iter().flatten() {
-                runs.push(row(other, other, y, z, 0).0);
+                runs.push(between(other, other, following, 0).0);
             }
         }
         runs
@@ -230,6 +253,15 @@ impl Index {
         match self {
             Self::Sorted(cells) => Grid::cell_of(cells[cell].0),
             Self::Table(_) => grid.cell_at(cell),
+        }
+    }
+
+    /// Where in the grid a cell is, from where the one before it is.
+    #[inline(always)]
+    fn after(&self, grid: &Grid, cell: usize, before: [i64; 3]) -> [i64; 3] {
+        match self {
+            Self::Sorted(cells) => Grid::cell_of(cells[cell.min(cells.len() - 1)].0),
+            Self::Table(_) => grid.after(before),
         }
     }
 

@@ -1,5 +1,6 @@
 //! What can go wrong when a scene is set up or run. Errors name the particle, the time, the value and what to do next.
 
+use crate::impact::Partner;
 use crate::observer::ObserverError;
 use crate::scene::Problem;
 
@@ -80,6 +81,15 @@ pub enum RunError {
         /// What to try.
         advice: String,
     },
+    /// A contact came to rest under a scheme that knows impacts only.
+    Resting {
+        /// Time [s].
+        time: f64,
+        /// The particle.
+        particle: u32,
+        /// What it rests on.
+        partner: Partner,
+    },
     /// The observer failed, for instance on a full disk.
     Observer(ObserverError),
 }
@@ -111,6 +121,17 @@ impl std::fmt::Display for RunError {
             ),
             Self::NotFinite { time, particle, quantity, value, advice } => {
                 write!(f, "the {quantity} of particle {particle} became {value} at t = {time} s; {advice}")
+            }
+            Self::Resting { time, particle, partner } => {
+                let partner = match partner {
+                    Partner::Particle(j) => format!("particle {j}"),
+                    Partner::Wall(w) => format!("wall {w}"),
+                };
+                write!(
+                    f,
+                    "particle {particle} comes to rest on {partner} at t = {time} s: collocation schemes solve impacts, but \
+                     no resting contacts; try \"velocity-verlet\" as solver.integrator, or contact.resolution \"step\""
+                )
             }
             Self::Observer(source) => write!(f, "{source}"),
         }

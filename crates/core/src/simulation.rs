@@ -143,7 +143,7 @@ impl Simulation {
             acceleration: Columns::zeros(if model.has_forces() { n } else { 0 }),
             previous_velocity: Columns::zeros(n),
             previous_totals: Totals::default(),
-            events: (locates(scene) && Events::wanted(model.contact.as_ref(), model.field.as_ref()))
+            events: Events::wanted(model.contact.as_ref(), model.field.as_ref().filter(|_| locates(scene)))
                 .then(|| Events::new(&frame::order(&particles, &state.position))),
             touches: Vec::new(),
             touches_known: false,

@@ -14,7 +14,7 @@ pub mod search;
 use crate::assembly::locates;
 use crate::domain::Wall;
 use crate::impact::Partner;
-use crate::scene::{self, ContactResolution, ImpactDuration};
+use crate::scene::{self, ContactResolution, ImpactDuration, ModelKind};
 use crate::state::{Columns, Particles};
 use crate::thermal::reaction::ReactionHeat;
 use friction::Friction;
@@ -52,7 +52,10 @@ impl ContactLaw {
             duration: contact.duration,
             reaction: scene.thermal.as_ref().and_then(ReactionHeat::new),
             rest_speed: contact.rest_speed.unwrap_or(REST_SPEED),
-            located: locates(scene) && contact.resolution != Some(ContactResolution::Step),
+            located: match contact.resolution {
+                Some(resolution) => scene.model == ModelKind::Consistent && resolution == ContactResolution::Located,
+                None => locates(scene),
+            },
         })
     }
 

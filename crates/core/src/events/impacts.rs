@@ -99,13 +99,41 @@ impl Impacts {
         self.candidates.find(launch);
         self.grow();
         let mut step = Step { law, time, launch, warmth, ranks, paths, outcome };
-        self.begin(&mut step);
+        self.begin(&mut step, true);
         while let Some(Reverse((bits, _, _, candidate, stamp))) = self.queue.pop() {
             if self.stamps[candidate as usize] == stamp {
                 self.act(&mut step, f64::from_bits(bits), candidate as usize, false);
             }
         }
         self.end(&mut step);
+    }
+
+    /// Solves what touches when a launch begins, for schemes that fly on by themselves. Gives a contact that would have to be
+    /// held closed from then on: particle and partner.
+    pub fn strike(
+        &mut self,
+        law: &ContactLaw,
+        time: f64,
+        launch: &Launch<'_>,
+        (warmth, ranks): (&Warmth<'_>, &[u32]),
+        paths: &mut Paths,
+        outcome: &mut Outcome<'_>,
+    ) -> Option<(usize, Partner)> {
+        self.start(launch.particles.len(), warmth.thetas.is_some());
+        self.candidates.find(launch);
+        self.grow();
+        let mut step = Step { law, time, launch, warmth, ranks, paths, outcome };
+        self.begin(&mut step, false);
+        let held = self.holds.iter().position(|hold| hold.force > 0.0)?;
+        let touch = self.candidates.touches[held];
+        Some((touch.i, touch.partner))
+    }
+
+    /// Forgets who was warmed.
+    pub fn cool(&mut self) {
+        for (i, ..) in self.warmed.drain(..) {
+            self.warm_row[i] = u32::MAX;
+        }
     }
 
     fn start(&mut self, n: usize, thermal: bool) {
@@ -133,8 +161,9 @@ impl Impacts {
         self.joined.resize(candidates, false);
     }
 
-    /// Contacts that touch when the step begins, then predictions for all others.
-    fn begin(&mut self, step: &mut Step<'_, '_>) {
+    /// Contacts that touch when the step begins, which have been at rest where it is the `first` instant; then predictions for
+    /// all others.
+    fn begin(&mut self, step: &mut Step<'_, '_>, first: bool) {
         let mut touching = Vec::new();
         for k in 0..self.candidates.touches.len() {
             if self.predict(step, k, 0.0, false) {
@@ -144,7 +173,7 @@ impl Impacts {
         for k in touching {
             // A stamp tells that it was solved together with an earlier one.
             if self.stamps[k] == 1 {
-                self.act(step, 0.0, k, true);
+                self.act(step, 0.0, k, first);
             }
         }
     }

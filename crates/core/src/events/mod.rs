@@ -16,7 +16,7 @@ use crate::contact::ContactLaw;
 use crate::contact::instant::Booked;
 use crate::force::Field;
 use crate::frame::ranks;
-use crate::impact::Impact;
+use crate::impact::{Impact, Partner};
 use crate::integrator::Integrator;
 use crate::state::Columns;
 use crate::thermal::exchange::{Exchange, Exchanged};
@@ -93,6 +93,33 @@ impl Events {
         if let Some(field) = laws.field.filter(|field| field.jumps()) {
             self.crossings.pass((field, &self.ranks), laws.integrator, launch, &self.paths, &mut self.shifts);
         }
+    }
+
+    /// Impacts of what touches where a launch begins, and who bounced: (particle, m/s, and K where there are temperatures).
+    ///
+    /// # Errors
+    /// A contact that stays closed from then on: particle and partner.
+    #[allow(clippy::type_complexity)] // one caller
+    pub fn strike(
+        &mut self,
+        law: &ContactLaw,
+        laws: &Laws<'_>,
+        launch: &Launch<'_>,
+    ) -> Result<Vec<(usize, Vector3<f64>, Option<f64>)>, (usize, Partner)> {
+        self.paths.start(launch.particles.len());
+        self.reports.clear();
+        (self.booked, self.exchanged) = (Booked::default(), Exchanged::default());
+        let (thetas, capacity) = laws.warmth.map_or((None, f64::INFINITY), |(thetas, c)| (Some(thetas), c));
+        let warmth = Warmth { thetas, capacity, exchange: laws.exchange };
+        let mut outcome =
+            impacts::Outcome { reports: &mut self.reports, booked: &mut self.booked, exchanged: &mut self.exchanged };
+        let held = self.impacts.strike(law, laws.time, launch, (&warmth, &self.ranks), &mut self.paths, &mut outcome);
+        let warm = |i: usize| self.impacts.warmed.iter().find(|&&(k, ..)| k == i).map(|&(_, theta, _)| theta);
+        let bent = self.paths.bent.iter().map(|bent| (bent.piece.particle as usize, bent.piece.v));
+        let bent = bent.map(|(i, v)| (i, v, warm(i))).collect();
+        // The next step's flights are none of these.
+        self.impacts.cool();
+        held.map_or(Ok(bent), Err)
     }
 
     /// What bent paths add to those that were foreseen.

@@ -301,7 +301,7 @@ fn meeting(d: &Vector3<f64>, w: &Vector3<f64>, distance: f64, open: f64) -> Opti
 }
 
 /// A touching pair has been solved: it is neither inside its partner nor approaching.
-fn at_rest<const N: usize>(coefficients: &mut [f64; N]) {
+pub(super) fn at_rest<const N: usize>(coefficients: &mut [f64; N]) {
     coefficients[0] = coefficients[0].max(0.0);
     coefficients[1] = coefficients[1].max(0.0);
 }

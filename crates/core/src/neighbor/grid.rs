@@ -40,7 +40,7 @@ impl Grid {
     pub(crate) fn cell(&self, r: &Columns, i: usize) -> [i64; 3] {
         std::array::from_fn(|axis| {
             // `as` turns a NaN into 0 and clamps infinities: such a step is rejected later.
-            let cell = ((r.axes()[axis][i] - self.origin[axis]) * self.inverse[axis]).floor() as i64;
+            let cell = floor((r.axes()[axis][i] - self.origin[axis]) * self.inverse[axis]);
             let count = self.count[axis];
             // Nearly all are in the box: a division is only for those that are not.
             if (0..count).contains(&cell) {
@@ -76,6 +76,18 @@ impl Grid {
         [i64::from(number % nx), i64::from(row % ny), i64::from(row / ny)]
     }
 
+    /// The cell whose number follows that of another.
+    #[inline(always)]
+    pub(crate) fn after(&self, [x, y, z]: [i64; 3]) -> [i64; 3] {
+        if x + 1 < self.count[0] {
+            [x + 1, y, z]
+        } else if y + 1 < self.count[1] {
+            [0, y + 1, z]
+        } else {
+            [0, 0, z + 1]
+        }
+    }
+
     /// The cell with a key.
     pub(crate) fn cell_of(key: u64) -> [i64; 3] {
         const MASK: u64 = (1 << 21) - 1;
@@ -101,6 +113,13 @@ impl Grid {
             c => Some(c),
         }
     }
+}
+
+/// The largest whole number that is not above x; without the call that `f64::floor` is where the target has no instruction.
+#[inline(always)]
+fn floor(x: f64) -> i64 {
+    let whole = x as i64;
+    whole.saturating_sub(i64::from(whole as f64 > x))
 }
 
 /// Smallest and largest of some finite numbers; (0, 0) of none.

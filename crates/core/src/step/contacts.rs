@@ -2,6 +2,9 @@
 
 use crate::contact::resolve::{Bodies, Resolution, lift, resolve};
 use crate::diagnostics::Level;
+use crate::error::RunError;
+use crate::events::Laws;
+use crate::events::paths::Launch;
 use crate::force::Field;
 use crate::impact::Partner;
 use crate::scene::ModelKind;
@@ -40,10 +43,57 @@ impl Simulation {
         self.book_resting(&lifted);
     }
 
+    /// Collocation with located impacts: what touches now is solved now, and the next step starts afresh.
+    pub(super) fn strike(&mut self) -> Result<(), RunError> {
+        let (Some(collocation), Some(law), Some(events)) =
+            (&mut self.stagger.collocation, self.model.contact.as_ref().filter(|law| law.located), &mut self.events)
+        else {
+            return Ok(());
+        };
+        let laws = Laws {
+            contact: None,
+            field: None,
+            integrator: &self.model.integrator,
+            exchange: self.model.exchange.as_ref(),
+            warmth: self.state.temperature.as_deref().zip(self.model.heat_capacity),
+            time: self.time,
+        };
+        // The time in which all further bounces must be over for a contact to be at rest.
+        let dt = self.control.min.max(f64::EPSILON * self.time);
+        let (position, velocity) = (&self.state.position, &self.state.velocity);
+        let (particles, domain, acceleration) = (&self.particles, &self.model.domain, &self.acceleration);
+        let launch = Launch { particles, domain, position, velocity, acceleration, dt };
+        let bounced = events.strike(law, &laws, &launch).map_err(|(i, partner)| RunError::Resting {
+            time: self.time,
+            particle: i as u32,
+            partner,
+        })?;
+        if !bounced.is_empty() {
+            collocation.break_off();
+        }
+        for (i, v, theta) in bounced {
+            self.state.velocity.set(i, v);
+            if let (Some(column), Some(theta)) = (&mut self.state.temperature, theta) {
+                column[i] = theta;
+            }
+        }
+        self.report_impacts();
+        Ok(())
+    }
+
     /// Located events have happened during the step.
     pub(super) fn report_events(&mut self) {
+        let Some(events) = &self.events else { return };
+        let jumps = self.model.field.as_ref().is_some_and(Field::jumps);
+        self.diagnostics.crossings = jumps.then(|| events.crossings());
+        self.report_impacts();
+    }
+
+    /// Located impacts, and their books.
+    fn report_impacts(&mut self) {
         let Some(events) = &mut self.events else { return };
-        std::mem::swap(&mut self.impacts, &mut events.reports);
+        let known = self.impacts.len();
+        self.impacts.append(&mut events.reports);
         let booked = events.booked;
         let contact_step = events.contact_step();
         self.diagnostics.contacts = booked.contacts;
@@ -53,8 +103,6 @@ impl Simulation {
             self.diagnostics.impact_residual = Some(booked.residual);
             self.diagnostics.fallbacks = Some(booked.fallbacks);
         }
-        let jumps = self.model.field.as_ref().is_some_and(Field::jumps);
-        self.diagnostics.crossings = jumps.then(|| events.crossings());
         self.totals.resting_loss += booked.resting_loss;
         for k in 0..3 {
             self.totals.outside_impulse[k] += booked.wall_impulse[k];
@@ -68,7 +116,7 @@ impl Simulation {
                            on each other";
             self.notice_once(OnceNotice::ContactStep, Level::Info, message.to_owned());
         }
-        self.book_impacts();
+        self.book_impacts(known);
     }
 
     /// `paper`: contacts acted during the step.
@@ -84,7 +132,7 @@ impl Simulation {
             law.friction.is_some(),
             &mut self.impacts,
         );
-        self.book_impacts();
+        self.book_impacts(0);
         for impact in &self.impacts {
             if let Partner::Wall(_) = impact.partner {
                 for k in 0..3 {
@@ -137,7 +185,7 @@ impl Simulation {
                 ),
             );
         }
-        self.book_impacts();
+        self.book_impacts(0);
     }
 
     pub(super) fn book_resting(&mut self, resolution: &Resolution) {
@@ -147,8 +195,9 @@ impl Simulation {
         }
     }
 
-    pub(super) fn book_impacts(&mut self) {
-        for impact in &self.impacts {
+    /// The losses and heat of the step's impacts from a number on.
+    fn book_impacts(&mut self, from: usize) {
+        for impact in &self.impacts[from..] {
             self.totals.impact_loss += impact.normal_loss();
             self.totals.friction_loss += impact.friction_loss();
             let hit = if matches!(impact.partner, Partner::Particle(_)) { 2.0 } else { 1.0 };

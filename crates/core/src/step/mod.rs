@@ -10,7 +10,7 @@ use crate::diagnostics::{Level, Notice, StepDiagnostics};
 use crate::error::RunError;
 use crate::events::Events;
 use crate::events::paths::Launch;
-use crate::events::restarts::{BEYOND, first_crossing};
+use crate::events::restarts::{BEYOND, first_crossing, first_impact};
 use crate::force::Field;
 use crate::scene::ModelKind;
 use crate::simulation::{OnceNotice, Simulation};
@@ -21,6 +21,8 @@ use crate::step_control::{Attempt, Decision};
 const MOST_CUTS: u32 = 8;
 /// Lengths that differ by no more than this share are the same [-].
 const SAME_LENGTH: f64 = 1e-10;
+/// The same where velocities jump, which cost an error of first order in the difference [-].
+const SAME_IMPACT: f64 = 1e-14;
 
 impl Simulation {
     /// One accepted step from t to t + dt, dt at most what is left of the run.
@@ -28,6 +30,9 @@ impl Simulation {
         let left = self.duration - self.time;
         let mut dt = self.next_dt.min(left).min(self.longest_flight());
         self.begin_step();
+        if self.counters.steps == 0 {
+            self.strike()?;
+        }
         // Solutions of this attempt that ended at a jump of a force.
         let mut cuts = 0;
         loop {
@@ -57,20 +62,30 @@ impl Simulation {
         }
     }
 
-    /// Collocation: the length of the step that ends where a force first jumps, if that is another than dt [s].
+    /// Collocation: the length of the step that ends where a force or a velocity first jumps, if that is another than dt [s].
     fn restart(&mut self, dt: f64, verdict: Verdict, cuts: u32) -> Option<f64> {
-        let (collocation, field) = (self.stagger.collocation.as_ref()?, self.model.field.as_mut()?);
-        if !field.jumps() || verdict == Verdict::NotFinite || cuts == MOST_CUTS {
+        let collocation = self.stagger.collocation.as_ref()?;
+        let jumps = self.model.field.as_ref().is_some_and(Field::jumps);
+        let located = self.model.contact.as_ref().is_some_and(|law| law.located);
+        if !(jumps || located) || verdict == Verdict::NotFinite || cuts == MOST_CUTS {
             return None;
         }
         let (particles, state, acceleration) = (&self.particles, &self.state, &self.acceleration);
         let start = Start { particles, state, acceleration, time: self.time };
         let (position, velocity, domain) = (&state.position, &state.velocity, &self.model.domain);
         let launch = Launch { particles, domain, position, velocity, acceleration, dt };
-        field.neighbors.prepare(position, &domain.periodic, || BEYOND * launch.travel());
-        let at = first_crossing(field, &launch, &collocation.paths(&start, dt))?;
+        let paths = collocation.paths(&start, dt);
+        let crossing = self.model.field.as_mut().filter(|_| jumps).and_then(|field| {
+            field.neighbors.prepare(position, &domain.periodic, || BEYOND * launch.travel());
+            first_crossing(field, &launch, &paths)
+        });
+        let impact = located.then(|| first_impact(&launch, &paths)).flatten();
+        let (at, same) = match (crossing, impact) {
+            (Some(crossing), impact) if impact.is_none_or(|impact| crossing < impact) => (crossing, SAME_LENGTH),
+            (_, impact) => (impact?, SAME_IMPACT),
+        };
         // Beyond a whole step nothing matters yet.
-        let ends_there = (at - 1.0).abs() <= SAME_LENGTH || (at > 1.0 && cuts == 0);
+        let ends_there = (at - 1.0).abs() <= same || (at > 1.0 && cuts == 0);
         // Cuts may be shorter than the smallest step, as long as they move the time.
         (!ends_there).then(|| (at * dt).max(f64::EPSILON * self.time))
     }
@@ -122,6 +137,7 @@ impl Simulation {
         match (self.model.kind, &self.model.contact) {
             (ModelKind::Paper, _) => self.report_latched(),
             (ModelKind::Consistent, Some(law)) if !law.located => self.resolve_impacts(dt),
+            (ModelKind::Consistent, _) if self.stagger.collocation.is_some() => self.strike()?,
             (ModelKind::Consistent, _) => self.report_events(),
         }
         self.book_outside_impulse(dt);

@@ -262,6 +262,9 @@ impl<'a> Prepared<'a> {
     }
 }
 
+/// Forces on the particles of a task. No type parameter, as in `tasks::each`: threads are compiled once, not for every law.
+type TaskForces<'a> = dyn Fn((&Task, &mut [[f64; 3]])) -> u64 + Sync + 'a;
+
 /// Forces on the particles of all tasks, in the order of places.
 struct AllTasks<'a> {
     prepared: &'a Prepared<'a>,
@@ -279,8 +282,7 @@ impl Job for AllTasks<'_> {
             parts.push((task, own));
             forces = rest;
         }
-        // As in `tasks::each`: threads are compiled once and not for every law.
-        let one: &(dyn Fn((&Task, &mut [[f64; 3]])) -> u64 + Sync) = &|(task, forces)| {
+        let one: &TaskForces<'_> = &|(task, forces)| {
             let meetings = task.meetings(prepared.tree, prepared.rule);
             task_forces(prepared, near, (task, task.parent), &meetings, forces, (law, bond))
         };

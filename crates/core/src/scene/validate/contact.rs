@@ -1,6 +1,5 @@
 //! Impact, reaction heat and what they ask of the model.
 
-use crate::assembly::locates;
 use crate::scene::{Contact, ContactResolution, ImpactDuration, ModelKind, Problem, Restitution, Scene};
 
 pub(super) fn check(scene: &Scene, problems: &mut Vec<Problem>) {
@@ -57,13 +56,6 @@ fn check_contact(scene: &Scene, contact: &Contact, reaction: bool, problems: &mu
                 "the model `paper` knows no located impacts: contacts act during steps",
             )
             .hint("write \"step\", or choose the model \"consistent\""),
-        );
-    }
-    if contact.resolution == Some(ContactResolution::Located) && scene.model == ModelKind::Consistent && !locates(scene)
-    {
-        problems.push(
-            Problem::new("/contact/resolution", "collocation schemes leave impacts to the ends of steps")
-                .hint("write \"step\", or choose \"velocity-verlet\" or \"trapezoidal\" as the integrator"),
         );
     }
     if contact.rest_speed.is_some() && scene.model == ModelKind::Paper {
