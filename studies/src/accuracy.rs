@@ -62,12 +62,12 @@ impl Watcher for Lines {
 fn one(case: &Case, options: &Options) -> Result<Vec<File>, Failure> {
     let scene = Scene::parse(case.scene, &[]).map_err(|problems| format!("{problems:?}"))?;
     let newton = |kind| Scheme::Consistent(kind, SolutionMethod::Newton);
-    let mut plan = Plan { budget: options.budget, repeats: 5, ..Plan::default() };
+    let mut plan = Plan { budget: options.budget, repeats: 5, seeds: case.seeds, ..Plan::default() };
     plan.schemes.extend(case.newton.iter().map(|&kind| newton(kind)));
     let found = study(&scene, &plan, &mut Lines(case.name)).map_err(|error| format!("{error:?}"))?;
     let mut curves = Vec::new();
     let mut answers = Vec::new();
-    for command in &options.peers {
+    for command in options.peers.iter().filter(|_| case.peers) {
         let answer = peers::ask(command, &scene, &found)?;
         curves.extend(answer.curves.iter().map(|curve| (curve.name.clone(), curve.points.clone())));
         answers.push(answer);

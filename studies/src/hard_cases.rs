@@ -19,7 +19,7 @@ The cases are `agglo_tests::hard::CASES`; a test of the same name asserts every 
 another that this page is current. *Right* means within the bound that the case states in its code, round-off where there is a
 closed form. *Refused* is an error with a name, before the run or in it; never a wrong number. `velocity-verlet` is what
 `consistent` takes where a scene has impacts or jumps of forces; it must be right everywhere. The schemes of collocation,
-`gauss-legendre` and `gauss-radau`, refuse located impacts. Model `paper` is the paper's own scheme, with its failures.
+`gauss-legendre` and `gauss-radau`, solve impacts but refuse contacts that fields press to rest. Model `paper` is the paper's own scheme, with its failures.
 ";
 
 /// The page, from running every case.

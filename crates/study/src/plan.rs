@@ -1,7 +1,7 @@
 //! What a study tries: schemes, each with fixed steps and with tolerances.
 
 use agglo_core::Scene;
-use agglo_core::scene::{IntegratorKind, ModelKind, SolutionMethod, StepSize};
+use agglo_core::scene::{ContactResolution, IntegratorKind, ModelKind, SolutionMethod, StepSize};
 use serde::Serialize;
 
 /// Iteration tolerance of runs with a fixed step, in mean diameters [-]: what is measured is the scheme, not how well its
@@ -93,12 +93,19 @@ impl Case {
                 scene.model = ModelKind::Paper;
                 scene.solver.integrator = None;
                 scene.solver.method = SolutionMethod::Staggered;
+                if let Some(contact) = &mut scene.contact {
+                    (contact.resolution, contact.rest_speed) = (None, None);
+                }
             }
             Scheme::Consistent(kind, method) => {
                 scene.model = ModelKind::Consistent;
                 scene.solver.integrator = Some(kind);
                 scene.solver.method = method;
                 scene.solver.tolerance.position = SOLVED.min(tolerance);
+                // Schemes of high order leave impacts to step ends unless they are asked to locate them.
+                if let Some(contact) = &mut scene.contact {
+                    contact.resolution.get_or_insert(ContactResolution::Located);
+                }
             }
         }
         match self.control {

@@ -20,6 +20,8 @@ pub struct References {
     pub until: f64,
     /// Whether that is the scene's duration.
     pub whole: bool,
+    /// Whether a contact comes to rest soon after it.
+    pub rests: bool,
     /// Difference of the two references at that time: how well the reference itself is known.
     pub uncertainty: Errors,
     /// The reference's end state and impacts.
@@ -56,7 +58,8 @@ impl std::fmt::Display for ReferenceError {
 impl std::error::Error for ReferenceError {}
 
 impl References {
-    /// Solves the scene twice by Gauss-Radau collocation of order 15, and looks how long the two agree.
+    /// Solves the scene twice by Gauss-Radau collocation of order 15, and looks how long the two agree and no contact comes to
+    /// rest.
     ///
     /// # Errors
     /// A scene that cannot be run, references that never agree.
@@ -67,12 +70,20 @@ impl References {
         let start = |scene: &Scene| Simulation::new(scene).map_err(ReferenceError::Setup);
         let (mut first, mut second) = (start(&scenes[0])?, start(&scenes[1])?);
         let (mut one, mut other) = (Watch::default(), Watch::default());
-        let mut best = None;
+        let mut best: Option<Self> = None;
         let mut parted = (0.0, 0.0);
         for part in 1..=PARTS {
             let until = scene.duration * f64::from(part) / f64::from(PARTS);
-            run(&mut first, until, &mut one).map_err(ReferenceError::Run)?;
-            run(&mut second, until, &mut other).map_err(ReferenceError::Run)?;
+            let solved = run(&mut first, until, &mut one).and_then(|_| run(&mut second, until, &mut other));
+            match solved {
+                Ok(_) => {}
+                // A reference of high order ends where a contact comes to rest.
+                Err(RunError::Resting { .. }) if best.is_some() => {
+                    best = best.map(|best| Self { rests: true, ..best });
+                    break;
+                }
+                Err(error) => return Err(ReferenceError::Run(error)),
+            }
             let uncertainty = Errors::between(&other, &one);
             if uncertainty.position > AGREEMENT || uncertainty.position.is_nan() {
                 parted = (until, uncertainty.position);
@@ -81,6 +92,7 @@ impl References {
             best = Some(Self {
                 until,
                 whole: part == PARTS,
+                rests: false,
                 uncertainty,
                 end: one.clone(),
                 evaluations: first.force_evaluations(),

@@ -51,6 +51,8 @@ pub struct Study {
     pub until: f64,
     /// Whether that is the whole duration.
     pub whole: bool,
+    /// Whether errors end there because a contact comes to rest, which the reference does not solve.
+    pub rests: bool,
     /// Difference of the two references there [mean diameters].
     pub uncertainty: f64,
     /// Positions of the reference at that time [m].
@@ -108,6 +110,7 @@ pub fn study(scene: &Scene, plan: &Plan, watcher: &mut dyn Watcher) -> Result<St
         duration: scene.duration,
         until: references.until,
         whole: references.whole,
+        rests: references.rests,
         uncertainty,
         reference_positions: references.positions(),
         reference_evaluations: references.evaluations,

@@ -95,7 +95,12 @@ pub(crate) fn against(study: &Study) -> String {
          to {:.1e} mean diameters.",
         study.particles, study.until, study.uncertainty
     );
-    if !study.whole {
+    if study.rests {
+        text += &format!(
+            " The scene lasts {} s; soon after {} s a contact comes to rest, which schemes of high order do not solve.",
+            study.duration, study.until
+        );
+    } else if !study.whole {
         text += &format!(
             " The scene lasts {} s, but two references part after {} s: from there on single runs have no error, only \
              statistics over seeds mean something.",

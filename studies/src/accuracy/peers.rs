@@ -4,7 +4,7 @@ use std::io::Write;
 use std::process::{Command, Stdio};
 
 use agglo_core::placement::place;
-use agglo_core::scene::{PowerTerm, Scene, Weight};
+use agglo_core::scene::{Contact, PowerTerm, Restitution, Scene, Weight};
 use agglo_study::Study;
 use serde::Deserialize;
 use serde_json::json;
@@ -32,11 +32,16 @@ pub struct Curve {
 /// Asks a peer.
 ///
 /// # Errors
-/// A scene with more than a near field, a command that fails or does not answer in the way asked for.
+/// A scene with more than a near field and impacts of one restitution, a command that fails or does not answer in the way asked for.
 pub fn ask(command: &str, scene: &Scene, study: &Study) -> Result<Answer, Failure> {
     let near = scene.near_field.as_ref().ok_or("peers want a near field")?;
-    if scene.contact.is_some() || scene.binding.is_some() || scene.external.is_some() || scene.thermal.is_some() {
-        return Err("peers are asked about smooth near fields only".into());
+    let restitution = match &scene.contact {
+        None => None,
+        Some(Contact { restitution: Restitution::Constant(e), friction: None, .. }) => Some(*e),
+        Some(_) => return Err("peers know one coefficient of restitution, and no friction".into()),
+    };
+    if scene.binding.is_some() || scene.external.is_some() || scene.thermal.is_some() {
+        return Err("peers are asked about near fields and impacts only".into());
     }
     let (particles, state) = place(scene)?;
     let rows = |columns: &agglo_core::state::Columns| -> Vec<[f64; 3]> {
@@ -45,7 +50,7 @@ pub fn ask(command: &str, scene: &Scene, study: &Study) -> Result<Answer, Failur
     let term = |term: &Option<PowerTerm>| term.as_ref().map_or([0.0, 1.0], |term| [term.strength, term.exponent]);
     let problem = json!({
         "mass": particles.mass, "position": rows(&state.position), "velocity": rows(&state.velocity),
-        "diameter": particles.mean_diameter(), "duration": study.until,
+        "radius": particles.radius, "restitution": restitution, "diameter": particles.mean_diameter(), "duration": study.until,
         "attraction": term(&near.attraction), "repulsion": term(&near.repulsion),
         "weight": match near.weight { Weight::MassProduct => "mass-product", Weight::None => "none", Weight::ChargeProduct => {
             return Err("peers know no charges".into());

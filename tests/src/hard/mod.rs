@@ -134,7 +134,7 @@ impl Scheme {
         }
     }
 
-    /// Whether it collocates: it has no located events.
+    /// Whether it is of high order: it collocates.
     fn collocates(self) -> bool {
         matches!(self, Self::Consistent("gauss-legendre" | "gauss-radau"))
     }

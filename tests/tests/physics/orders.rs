@@ -114,6 +114,96 @@ fn located_impacts_keep_second_order() {
     }
 }
 
+/// Steps of collocation end at impacts: the order is that of smooth motion.
+#[test]
+fn located_impacts_keep_the_order_of_collocation() {
+    let value = with(&bouncing(), &[("/contact/resolution", json!("located"))]);
+    let reference = with_steps(&value, "gauss-radau", 100.0);
+    let shown = slope(&value, "gauss-legendre", &reference, (10.0, 40.0), 4);
+    println!("gauss-legendre: {shown}");
+    // Few steps between impacts: the error scatters by their lengths more than for schemes of second order.
+    assert!((shown - 8.0).abs() <= 0.5, "order {shown}");
+    // The other schemes converge to the same, and so does this one with tolerances.
+    let verlet = distance(&with_steps(&value, "velocity-verlet", 100_000.0), &reference);
+    assert!(verlet <= 1e-9, "{verlet:e}");
+    for (integrator, tolerance) in [("gauss-legendre", 1e-9), ("gauss-radau", 1e-9)] {
+        let found = end(&with(
+            &value,
+            &[("/solver/integrator", json!(integrator)), ("/solver/tolerance/position", json!(tolerance))],
+        ));
+        let error = distance(&found, &reference);
+        println!("{integrator}: {error:e} m at a tolerance of {tolerance:e} diameters");
+        // A tenth of a metre is the diameter; impacts magnify what was wrong before them.
+        assert!(error <= 10.0 * 0.1 * tolerance, "{integrator}: {error:e}");
+    }
+}
+
+/// Impacts on walls and with friction, reactions and radiation: by schemes of high order what others converge to.
+#[test]
+fn collocation_knows_all_that_impacts_do() {
+    let value = json!({
+        "duration": 1.0,
+        "particles": { "list": [
+            { "position": [0.0, 0.0, 0.06], "velocity": [0.6, 0.1, -0.2], "radius": 0.05, "mass": 1.0, "temperature": 350.0 },
+            { "position": [0.2, 0.03, 0.1], "velocity": [-0.3, -0.2, 0.1], "radius": 0.05, "mass": 2.0, "temperature": 500.0 }
+        ] },
+        "near_field": { "attraction": { "strength": 0.5, "exponent": 1.0 }, "repulsion": { "strength": 0.05, "exponent": 2.0 } },
+        "contact": {
+            "restitution": { "e0": 0.9, "v_star": 10.0, "theta_star": 3000.0 }, "resolution": "located",
+            "friction": { "static": 0.3, "dynamic": 0.2 }, "duration": { "seconds": 1e-4 }
+        },
+        "thermal": {
+            "heat_capacity": 1.0, "radiation": { "emissivity": 0.5, "surroundings": 300.0 },
+            "reaction": { "energy_per_area": 1e3, "force_scale": 100.0 }
+        },
+        "external": { "gravity": [0.0, 0.0, -2.0] },
+        "domain": { "walls": [{ "point": [0.0, 0.0, 0.0], "normal": [0.0, 0.0, 1.0] }] }
+    });
+    let impacts = |integrator: &str, steps: f64| {
+        let dt = 1.0 / steps;
+        let changes = [
+            ("/solver/integrator", json!(integrator)),
+            ("/solver/step/fixed", json!(dt)),
+            ("/solver/tolerance/position", json!(1e-13)),
+        ];
+        let mut simulation = agglo_tests::start(&scene(&with(&value, &changes)));
+        let outcome = simulation.run(&mut ()).unwrap();
+        (simulation.state().clone(), outcome)
+    };
+    let (reference, outcome) = impacts("gauss-radau", 100.0);
+    let ledger = &outcome.sample.ledger;
+    assert!(outcome.counters.impacts >= 4, "{:?}", outcome.counters);
+    assert!(ledger.totals.reaction_heat > 0.0 && ledger.totals.friction_loss > 0.0 && ledger.totals.radiated != 0.0);
+    // Round-off of energies of a joule, a few events.
+    assert!(ledger.residual.abs() <= 1e-13, "{:e}", ledger.residual);
+    let (fine, with_verlet) = impacts("velocity-verlet", 100_000.0);
+    assert_eq!(with_verlet.counters.impacts, outcome.counters.impacts);
+    let theta = |state: &State| state.temperature.clone().unwrap();
+    let warmer = theta(&fine).iter().zip(theta(&reference)).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    println!("verlet: {:e} m, {warmer:e} K", distance(&fine, &reference));
+    assert!(distance(&fine, &reference) <= 1e-8 && warmer <= 1e-6, "{warmer:e}");
+}
+
+/// What fields press to rest has no place in a scheme of high order: it says so, and when.
+#[test]
+fn collocation_refuses_resting_contacts_by_name() {
+    for (e, after) in [(0.0, 0.5), (0.5, 1.0)] {
+        let value = with(
+            &bouncing(),
+            &[
+                ("/contact/resolution", json!("located")),
+                ("/contact/restitution", json!(e)),
+                ("/solver/integrator", json!("gauss-legendre")),
+                ("/duration", json!(10.0)),
+            ],
+        );
+        let error = agglo_tests::start(&scene(&value)).run(&mut ()).unwrap_err();
+        let agglo_core::RunError::Resting { time, .. } = error else { panic!("{error}") };
+        assert!(time > 0.1 && time < 4.0 * after, "{error}");
+        assert!(error.to_string().contains("velocity-verlet"), "{error}");
+    }
+}
+
 /// A free pair: its impact and the heat of it are where and what they are, whatever the step.
 #[test]
 fn the_heat_of_an_impact_does_not_depend_on_the_step() {
