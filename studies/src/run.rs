@@ -40,8 +40,6 @@ pub struct Run {
     pub clusters: Option<Clusters>,
     /// Energy lost in impacts, friction included, over total mass, at the end [J/kg].
     pub lost: f64,
-    /// Heat of all surface reactions over total mass, at the end [J/kg].
-    pub reaction_heat: f64,
     /// Numerical error of the energy over total mass, at the end [J/kg].
     pub residual: f64,
     /// Kinetic energy of the cloud's mean motion over total mass, at the end [J/kg].
@@ -59,12 +57,6 @@ impl Run {
     #[must_use]
     pub fn final_temperature(&self) -> f64 {
         self.temperature.last().copied().unwrap_or(f64::NAN)
-    }
-
-    /// Particles of the largest cluster at the end; 0 where none are counted.
-    #[must_use]
-    pub fn largest_cluster(&self) -> f64 {
-        f64::from(self.clusters.as_ref().map_or(0, |clusters| clusters.largest))
     }
 
     /// Iterations of accepted and rejected attempts.
@@ -89,7 +81,6 @@ impl Observer for Run {
             }
             let totals = &sample.ledger.totals;
             self.lost = (totals.impact_loss + totals.friction_loss + totals.resting_loss) / mass;
-            self.reaction_heat = totals.reaction_heat / mass;
             self.residual = sample.ledger.residual / mass;
             self.drift = 0.5 * sample.momentum.linear.iter().map(|p| (p / mass).powi(2)).sum::<f64>();
         }

@@ -14,18 +14,18 @@ pub const START: f64 = 300.0;
 
 /// Whether a claim holds for our runs.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Verdict {
+enum Verdict {
     Yes,
     Partly,
     No,
 }
 
 impl Verdict {
-    pub fn of(holds: bool) -> Self {
+    fn of(holds: bool) -> Self {
         if holds { Self::Yes } else { Self::No }
     }
 
-    pub fn word(self) -> &'static str {
+    fn word(self) -> &'static str {
         match self {
             Self::Yes => "yes",
             Self::Partly => "partly",
@@ -211,7 +211,7 @@ fn heating(results: &Results) -> Claim<'static> {
 }
 
 fn clustering(results: &Results) -> Claim<'static> {
-    let largest = |binding| typical(results, binding, Run::largest_cluster);
+    let largest = |binding| typical(results, binding, largest_cluster);
     let (free, bound) = (largest(Binding::Free), largest(Binding::Bound));
     (
         "With binding an initially fine cloud forms clusters",
@@ -222,6 +222,10 @@ fn clustering(results: &Results) -> Claim<'static> {
         ),
         Verdict::of(bound.mean > free.mean && free.distance(&bound) > SEEN),
     )
+}
+
+fn largest_cluster(run: &Run) -> f64 {
+    f64::from(run.clusters.as_ref().map_or(0, |clusters| clusters.largest))
 }
 
 /// What a tenth of the typical impact duration changes, seed by seed.

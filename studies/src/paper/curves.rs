@@ -33,12 +33,6 @@ impl Curves {
     /// Of the four cases with or without binding.
     #[must_use]
     pub fn new(quantity: Quantity, binding: Binding, results: &Results) -> Self {
-        Self::of(quantity, |kappa| results.table(binding, kappa))
-    }
-
-    /// Of the runs of each kappa, by seed.
-    #[must_use]
-    pub fn of<'a>(quantity: Quantity, runs: impl Fn(u32) -> &'a [Run]) -> Self {
         let grid = times();
         let curve = |run: &Run| {
             let values = match quantity {
@@ -47,7 +41,7 @@ impl Curves {
             };
             resample(&run.times, values, &grid)
         };
-        let by_kappa = KAPPAS.iter().map(|&kappa| runs(kappa).iter().map(curve).collect()).collect();
+        let by_kappa = KAPPAS.iter().map(|&kappa| results.table(binding, kappa).iter().map(curve).collect()).collect();
         Self { by_kappa }
     }
 

@@ -5,7 +5,6 @@ pub mod curves;
 pub mod figures;
 pub mod plan;
 mod prose;
-mod revisited;
 mod tables;
 mod template;
 
@@ -41,7 +40,6 @@ pub fn generate(root: &Path, seeds: u64) -> Result<Vec<File>, Failure> {
 fn files(results: &Results) -> Result<Vec<File>, Failure> {
     let mut values = tables::values(results);
     values.extend(prose::values(results));
-    values.extend(revisited::values(results));
     values.insert("claims", claims::claims(results));
     let mut files =
         vec![File { path: "docs/paper.md".to_owned(), text: template::fill(include_str!("page.md"), &values)? }];

@@ -66,10 +66,10 @@ impl Setup {
         Self { steps: (step, step), ..Self::table(binding, TYPICAL) }
     }
 
-    /// The scheme of `consistent` at a fixed step.
+    /// The scheme of `consistent` without binding, at a fixed step.
     #[must_use]
-    pub fn consistent(binding: Binding, kappa: u32, step: f64) -> Self {
-        Self { model: ModelKind::Consistent, steps: (step, step), ..Self::table(binding, kappa) }
+    pub fn consistent(kappa: u32, step: f64) -> Self {
+        Self { model: ModelKind::Consistent, steps: (step, step), ..Self::table(Binding::Free, kappa) }
     }
 
     /// The same with another impact duration.
@@ -120,19 +120,17 @@ impl Setup {
 /// How many seeds each part of the page takes: 1, 2, ..
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Seeds {
-    /// Of the tables and the figures.
+    /// Of the tables, the figures and the runs of `consistent`.
     pub tables: u64,
-    /// Of the runs of `consistent`.
-    pub consistent: u64,
     /// Of the comparisons of steps and impact durations in `paper`.
     pub steps: u64,
 }
 
 impl Seeds {
-    /// So many for the tables, twice as many for `consistent`, half of them (rounded up) for comparisons.
+    /// So many for the tables, half of them (rounded up) for the rest.
     #[must_use]
     pub fn new(tables: u64) -> Self {
-        Self { tables, consistent: 2 * tables, steps: tables.div_ceil(2) }
+        Self { tables, steps: tables.div_ceil(2) }
     }
 }
 
@@ -148,10 +146,8 @@ pub fn setups(seeds: Seeds) -> Vec<(Setup, u64)> {
         }
     };
     for step in FIXED_STEPS.into_iter().rev() {
-        for binding in [Binding::Bound, Binding::Free] {
-            for kappa in KAPPAS {
-                add(Setup::consistent(binding, kappa, step), seeds.consistent);
-            }
+        for kappa in KAPPAS {
+            add(Setup::consistent(kappa, step), seeds.tables);
         }
     }
     for binding in [Binding::Bound, Binding::Free] {
@@ -236,7 +232,7 @@ mod tests {
         }
         let results = Results::new(seeds, &plan, vec![Run::default(); cases.len()]);
         assert!(KAPPAS.iter().all(|&kappa| results.table(Binding::Bound, kappa).len() == 3));
-        assert!(FIXED_STEPS.iter().all(|&step| results.of(&Setup::consistent(Binding::Bound, 8, step)).len() == 6));
+        assert!(FIXED_STEPS.iter().all(|&step| results.of(&Setup::consistent(8, step)).len() == 3));
         assert_eq!(results.compared(&Setup::table(Binding::Free, TYPICAL)).len(), 2);
     }
 }

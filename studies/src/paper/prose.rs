@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 
 use super::claims::{SEEN, START, fits_scale, gamma_effect, spread};
-use super::plan::{Binding, GAMMA, GAMMAS, KAPPAS, PAPER_STEPS, Results, Setup, TYPICAL};
-use super::tables::{estimate, printed, show};
+use super::plan::{Binding, FIRST_STEP, FIXED_STEPS, GAMMA, GAMMAS, KAPPAS, PAPER_STEPS, Results, Setup, TYPICAL};
+use super::tables::{estimate, printed, seconds, show};
+use super::template::table;
 use crate::run::Run;
 use crate::statistics::{Estimate, median, root_mean_square};
 
@@ -16,6 +17,7 @@ pub fn values(results: &Results) -> BTreeMap<&'static str, String> {
     let mut values = counts(results);
     values.extend(dynamics(results));
     values.extend(heat(results));
+    values.extend(limit(results));
     values
 }
 
@@ -102,5 +104,71 @@ fn heat(results: &Results) -> BTreeMap<&'static str, String> {
         ),
         ("gamma_free", seen(&free).to_owned()),
         ("gamma_motion", seen(&motion).to_owned()),
+    ])
+}
+
+/// Over seeds, the mean over kappa of a quantity at one step less the same at the finest step.
+fn paired(results: &Results, step: f64, quantity: fn(&Run) -> f64) -> Estimate {
+    let finest = FIXED_STEPS[FIXED_STEPS.len() - 1];
+    let differences = (0..results.seeds().tables as usize).map(|seed| {
+        let of = |step| -> Vec<f64> {
+            KAPPAS.iter().filter_map(|&k| results.of(&Setup::consistent(k, step)).get(seed)).map(quantity).collect()
+        };
+        Estimate::of(&of(step)).mean - Estimate::of(&of(finest)).mean
+    });
+    Estimate::of(&differences.collect::<Vec<_>>())
+}
+
+fn limit(results: &Results) -> BTreeMap<&'static str, String> {
+    let coarse = &FIXED_STEPS[..FIXED_STEPS.len() - 1];
+    let finest = FIXED_STEPS[FIXED_STEPS.len() - 1];
+    let quantities: [fn(&Run) -> f64; 3] =
+        [Run::final_kinetic, Run::final_temperature, |run| run.counters.impacts as f64];
+    let rows: Vec<Vec<String>> = coarse
+        .iter()
+        .map(|&step| {
+            let [kinetic, temperature, impacts] = quantities.map(|quantity| paired(results, step, quantity));
+            vec![seconds(step), show(&kinetic, 3), show(&temperature, 1), show(&impacts, 1)]
+        })
+        .collect();
+    let largest = coarse
+        .iter()
+        .flat_map(|&step| quantities.map(|quantity| paired(results, step, quantity)))
+        .map(|difference| difference.mean.abs() / difference.error)
+        .fold(0.0, f64::max);
+    let residuals: Vec<f64> = FIXED_STEPS
+        .iter()
+        .map(|&step| {
+            let runs = KAPPAS.iter().flat_map(|&kappa| results.of(&Setup::consistent(kappa, step)));
+            root_mean_square(&runs.map(|run| run.residual).collect::<Vec<_>>())
+        })
+        .collect();
+    // Steps differ by a factor of four.
+    let order = |k: usize| format!("{:.1}", (residuals[k] / residuals[k + 1]).log2() / 2.0);
+    let typical = |setup: &Setup, quantity: fn(&Run) -> f64| estimate(results.compared(setup), quantity);
+    let ours = typical(&Setup::consistent(TYPICAL, finest), Run::final_kinetic);
+    let paper = |step| typical(&Setup::at_step(Binding::Free, step), Run::final_kinetic);
+    let nearest = paper(PAPER_STEPS[PAPER_STEPS.len() - 1]);
+    BTreeMap::from([
+        ("paired", table(&["Δt [s]", "kinetic energy / mass [J/kg]", "mean temperature [K]", "impacts"], &rows)),
+        ("largest_distance", format!("{largest:.1}")),
+        (
+            "limit_verdict",
+            if largest <= SEEN {
+                "so no dependence on the step is seen in these statistics"
+            } else {
+                "so some of these statistics still depend on the step"
+            }
+            .to_owned(),
+        ),
+        ("residual_coarse", format!("{:.1e}", residuals[0])),
+        ("residual_fine", format!("{:.1e}", residuals[residuals.len() - 1])),
+        ("order_coarse", order(0)),
+        ("order_fine", order(1)),
+        ("consistent_kinetic", show(&ours, 3)),
+        ("paper_kinetic", show(&paper(FIRST_STEP), 3)),
+        ("paper_kinetic_fine", show(&nearest, 3)),
+        ("finest", seconds(finest)),
+        ("meet", if nearest.distance(&ours) <= SEEN { "agrees with" } else { "is still apart from" }.to_owned()),
     ])
 }

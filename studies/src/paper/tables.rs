@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use super::plan::{Binding, FIRST_STEP, GAMMAS, KAPPAS, PAPER_STEPS, Results, Setup, TYPICAL};
+use super::plan::{Binding, FIRST_STEP, FIXED_STEPS, GAMMAS, KAPPAS, PAPER_STEPS, Results, Setup, TYPICAL};
 use super::template::table;
 use crate::run::Run;
 use crate::statistics::{Estimate, median, range};
@@ -31,10 +31,10 @@ pub fn values(results: &Results) -> BTreeMap<&'static str, String> {
         ("table_2", counts(results, Binding::Bound)),
         ("ends", ends(results)),
         ("heat", heat(results)),
+        ("limit", limit(results)),
         ("damping", damping(results)),
         ("seeds", results.seeds().tables.to_string()),
         ("step_seeds", results.seeds().steps.to_string()),
-        ("consistent_seeds", results.seeds().consistent.to_string()),
     ])
 }
 
@@ -105,7 +105,7 @@ fn ends(results: &Results) -> String {
                 show(&estimate(runs, Run::final_temperature), 1),
                 show(&estimate(runs, |run| run.hottest), 0),
                 show(&estimate(runs, |run| f64::from(run.clusters.as_ref().map_or(0, |clusters| clusters.count))), 1),
-                show(&estimate(runs, Run::largest_cluster), 1),
+                show(&estimate(runs, |run| f64::from(run.clusters.as_ref().map_or(0, |clusters| clusters.largest))), 1),
                 show(&estimate(runs, |run| run.lost), 3),
                 show(&estimate(runs, |run| run.residual), 3),
             ]);
@@ -161,6 +161,36 @@ fn heat(results: &Results) -> String {
         "mean temperature [K]",
         "kinetic energy / mass [J/kg]",
         "contacts summed over steps",
+        "deepest overlap [mm]",
+    ];
+    table(&head, &rows)
+}
+
+/// `consistent` at three fixed steps.
+fn limit(results: &Results) -> String {
+    let mut rows = Vec::new();
+    for kappa in KAPPAS {
+        for step in FIXED_STEPS {
+            let runs = results.of(&Setup::consistent(kappa, step));
+            let residual = runs.iter().map(|run| run.residual.abs()).fold(0.0, f64::max);
+            rows.push(vec![
+                format!("{kappa}"),
+                seconds(step),
+                show(&estimate(runs, Run::final_kinetic), 3),
+                show(&estimate(runs, Run::final_temperature), 1),
+                show(&estimate(runs, |run| run.counters.impacts as f64), 1),
+                format!("{residual:.1e}"),
+                show(&estimate(runs, |run| 1e3 * run.counters.max_overlap), 2),
+            ]);
+        }
+    }
+    let head = [
+        "κ [10⁶ J/m²]",
+        "Δt [s]",
+        "kinetic energy / mass [J/kg]",
+        "mean temperature [K]",
+        "impacts",
+        "largest energy residual / mass [J/kg]",
         "deepest overlap [mm]",
     ];
     table(&head, &rows)
