@@ -63,6 +63,9 @@ fn one(case: &Case, options: &Options) -> Result<Vec<File>, Failure> {
     let scene = Scene::parse(case.scene, &[]).map_err(|problems| format!("{problems:?}"))?;
     let newton = |kind| Scheme::Consistent(kind, SolutionMethod::Newton);
     let mut plan = Plan { budget: options.budget, repeats: 5, seeds: case.seeds, ..Plan::default() };
+    if !case.high_order {
+        plan.schemes.retain(|scheme| !scheme.is_of_high_order());
+    }
     plan.schemes.extend(case.newton.iter().map(|&kind| newton(kind)));
     let found = study(&scene, &plan, &mut Lines(case.name)).map_err(|error| format!("{error:?}"))?;
     let mut curves = Vec::new();

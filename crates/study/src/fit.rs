@@ -8,6 +8,8 @@ use crate::measure::Measurement;
 const LARGEST: f64 = 0.02;
 /// Errors must exceed the reference's own uncertainty, or round-off, by this factor.
 const ABOVE_NOISE: f64 = 20.0;
+/// Distance of three errors from a power law, as a natural logarithm and root mean square, up to which they tell its order [-].
+const SCATTER: f64 = 0.2;
 /// Round-off of positions after many steps [mean diameters].
 const ROUND_OFF: f64 = 1e-13;
 
@@ -16,7 +18,7 @@ const ROUND_OFF: f64 = 1e-13;
 pub struct Fit {
     /// Scheme.
     pub scheme: String,
-    /// Order: error like the step to this power, from the finest three errors of the asymptotic range.
+    /// Order: error like the step to this power, from the finest three errors of the asymptotic range, or all where those scatter.
     pub order: f64,
     /// Wall time per step [s].
     pub seconds_per_step: f64,
@@ -59,20 +61,31 @@ fn fit(name: &str, measurements: &[Measurement], uncertainty: f64, until: f64) -
         .filter_map(|m| m.step.map(|step| (step, m.errors.position, m.wall_seconds / m.steps as f64)))
         .collect();
     points.sort_by(|a, b| a.0.total_cmp(&b.0));
-    points.truncate(3);
     if points.len() < 3 {
         return None;
     }
-    let mean = |f: &dyn Fn(&(f64, f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / points.len() as f64;
-    let (x, y) = (mean(&|p| p.0.ln()), mean(&|p| p.1.ln()));
-    let slope = mean(&|p| (p.0.ln() - x) * (p.1.ln() - y)) / mean(&|p| (p.0.ln() - x).powi(2));
+    // Where in a step an event falls is chance: errors that scatter about a line need more of them, or have no order.
+    let finest = slope(&points[..3]);
+    let (order, scatter) = if finest.1 <= SCATTER { finest } else { slope(&points) };
+    if scatter > 4.0 * SCATTER {
+        return None;
+    }
     Some(Fit {
         scheme: name.to_owned(),
-        order: slope,
+        order,
         seconds_per_step: points[0].2,
         anchor: (points[0].1, points[0].0),
         until,
     })
+}
+
+/// Slope of the errors over the steps, both logarithmic, and how far from that line they are, root mean square.
+fn slope(points: &[(f64, f64, f64)]) -> (f64, f64) {
+    let mean = |f: &dyn Fn(&(f64, f64, f64)) -> f64| points.iter().map(f).sum::<f64>() / points.len() as f64;
+    let (x, y) = (mean(&|p| p.0.ln()), mean(&|p| p.1.ln()));
+    let slope = mean(&|p| (p.0.ln() - x) * (p.1.ln() - y)) / mean(&|p| (p.0.ln() - x).powi(2));
+    let away = mean(&|p| (p.1.ln() - y - slope * (p.0.ln() - x)).powi(2));
+    (slope, away.sqrt())
 }
 
 /// Wall time at which a scheme reaches an error, interpolated on logarithmic axes between those of its measurements that

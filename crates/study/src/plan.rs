@@ -39,6 +39,12 @@ impl Scheme {
         })
     }
 
+    /// Whether its order is above two.
+    #[must_use]
+    pub fn is_of_high_order(&self) -> bool {
+        matches!(self, Self::Consistent(IntegratorKind::GaussLegendre | IntegratorKind::GaussRadau, _))
+    }
+
     /// Its name.
     #[must_use]
     pub fn name(&self) -> String {
@@ -181,7 +187,7 @@ impl Plan {
         if !self.steps.is_empty() {
             return self.steps.clone();
         }
-        let high = matches!(scheme, Scheme::Consistent(IntegratorKind::GaussLegendre | IntegratorKind::GaussRadau, _));
+        let high = scheme.is_of_high_order();
         // Whole numbers of steps, so that none is clipped: from four steps per period, halved, or times 2^(-1/2) where
         // an order is high enough for that to be a large step in the error.
         let (from, ratio, count) = if high { (0.5 * until, 0.5_f64.sqrt(), 16) } else { (12.0 * step, 0.5, 16) };

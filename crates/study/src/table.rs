@@ -121,6 +121,9 @@ pub(crate) fn compared(study: &Study) -> Vec<String> {
         .collect()
 }
 
+/// Least order at which the paper's scheme is extrapolated [-]; its own is 1.
+const LEAST_ORDER: f64 = 0.9;
+
 /// Wall time of a scheme over that of the paper's, at equal errors.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Ratio {
@@ -140,7 +143,8 @@ pub struct Ratio {
 #[must_use]
 pub fn ratios(study: &Study) -> Vec<Ratio> {
     let seconds = |name: &str, error: f64| crate::fit::seconds_at(name, error, &study.measurements);
-    let fit = study.fits.iter().find(|fit| fit.scheme == PAPER);
+    // What does not converge at its order is not extrapolated.
+    let fit = study.fits.iter().find(|fit| fit.scheme == PAPER && fit.order >= LEAST_ORDER);
     let mut ratios = Vec::new();
     for scheme in crate::fit::schemes(&study.measurements).into_iter().filter(|name| *name != PAPER) {
         for error in COMPARED {
