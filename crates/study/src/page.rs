@@ -31,6 +31,9 @@ fn orders(study: &Study, page: &mut String) {
         _ = writeln!(page, "| {} | {:.2} |", fit.scheme, fit.order);
     }
     page.push('\n');
+    if study.measurements.iter().any(|m| m.errors.impacts_found.is_some()) {
+        page.push_str("Where in a step an impact falls is chance: orders fitted to a few errors say little here.\n\n");
+    }
 }
 
 fn against_paper(study: &Study, page: &mut String) {
